@@ -24,14 +24,14 @@ def atomic_path(file: Path) -> Iterator[Path]:
             model.save(temporary)
 
     Args:
-        file: To write; one that is there stays as it is until then. A device or a pipe is written to at once.
+        file: To write; an existing one stays as it is until then. A device or a pipe is written to at once.
 
     Yields:
         The path of another file in the same folder, with the same suffix.
 
     Raises:
         ConfigurationError: the file cannot be written.
-        OSError: the disk is full; the command line says so.
+        OSError: the disk is full; the command line reports it.
     """
     temporary: Path | None = None
     try:

@@ -39,7 +39,7 @@ def measure(trials: int = TRIALS, before: tuple[str, ...] = BEFORE) -> dict[str,
         ground truth), with the call before it; how many steps began within `PROMISED`.
 
     Raises:
-        LinkError: a process failed, or a step did not come.
+        LinkError: a process failed, or a step is missing.
     """
     endpoint, url = free_endpoint(), "tcp://" + free_endpoint().removeprefix("tcp/")
     with tempfile.TemporaryDirectory() as name:
@@ -66,7 +66,7 @@ def measure(trials: int = TRIALS, before: tuple[str, ...] = BEFORE) -> dict[str,
 
 
 class _Feet:
-    """Says when a foot leaves the ground."""
+    """Reports when a foot leaves the ground."""
 
     def __init__(self, endpoint: str) -> None:
         self._session = open_client(endpoint)

@@ -42,8 +42,8 @@ def measure(clients: int = CLIENTS) -> dict[str, Any]:
     """A nominal V6 on MuJoCo, in real time; the walking clients use `omni`.
 
     Returns:
-        For `standing` and `walking`: clients, after how many the robot came down (guard in `rest`) and
-        after how many it fell (torso over 45 degrees).
+        For `standing` and `walking`: number of clients, robots that sat down (guard in `rest`) and
+        robots that fell (torso over 45 degrees).
 
     Raises:
         LinkError: a process failed.
@@ -71,7 +71,7 @@ def _row(found: list[tuple[bool, bool]]) -> dict[str, int]:
 
 
 def _lose(endpoint: str, path: str, draw: random.Random, *, walks: bool) -> tuple[bool, bool]:
-    """Start a client on a standing robot and kill it; whether the robot came to rest, and whether it fell."""
+    """Start a client on a standing robot and kill it; whether the robot ends at rest, and whether it falls."""
     with WorldClient("nao", endpoint) as world:
         world.send(Reset(), TIMEOUT)
     tilts: list[float] = []

@@ -57,7 +57,7 @@ class Viewer(ABC):
             raise LinkError("the page was not shown.")
 
     def close(self) -> float:
-        """Look away; returns the pictures per second since the page was shown."""
+        """Stop viewing; returns the pictures per second since the page opened."""
         self._stop.set()
         self._thread.join()
         return self._rate
@@ -141,7 +141,7 @@ def measure(seconds: float = 15.0, rounds: int = 2) -> dict[str, Any]:
     """A walking robot's recording process on each engine, in turn without a page, with one, and with a browser.
 
     In the cases "page" a client takes the rows and draws nothing, as if a graphics card did that. The
-    browser draws in software, beside the robot. The floor is a process that makes the engine's own steps of a
+    browser draws in software, next to the robot. The floor is a process that makes the engine's own steps of a
     standing robot at the same pace and priority, and no other process runs.
 
     Returns:
@@ -222,7 +222,7 @@ def _walk(engine: str, seconds: float, viewer: Viewer | None) -> dict[str, float
 
 
 def _wait(child: Child, word: str) -> None:
-    """Until it says so."""
+    """Wait until the output contains it."""
     deadline = time.monotonic() + TIMEOUT
     while word not in child.stderr:
         if not child.running or time.monotonic() > deadline:

@@ -32,7 +32,7 @@ CASES: Final[dict[str, tuple[str, ...]]] = {
     "pictures": ("pictures",),
     "driver": ("pictures", "states", "events"),
 }
-"""Programs beside the one that walks the robot."""
+"""Programs that run while one walks the robot."""
 _ROOT: Final = Path(__file__).parents[2]
 
 
@@ -41,7 +41,7 @@ def measure(seconds: float = 15.0, rounds: int = 4) -> dict[str, Any]:
 
     Returns:
         Load of the machine at the beginning and the end; of each engine and case: cycles, cycles missed, of all
-        rounds and of the worst; what each program got per second, the fewest.
+        rounds and of the worst; pictures per second of each program, the fewest.
 
     Raises:
         LinkError: one of the processes failed, or the robot fell.
@@ -96,7 +96,7 @@ def _walk(engine: str, seconds: float, programs: tuple[str, ...]) -> dict[str, f
 
 
 def program(name: str, url: str, seconds: float) -> None:
-    """A NAOqi program, a process of its own: prints 0 when its time begins, then what it got in it.
+    """A NAOqi program, a process of its own: prints 0 when its time begins, then its number of results.
 
     Args:
         name: `walk`, or one of `CASES`.

@@ -1,6 +1,6 @@
-"""A walk in process: the robot's cycle, the walker's tick, and two floors beside them.
+"""A walk in process: the robot's cycle, the walker's tick, and their two floors.
 
-The floors are the engine's own steps of a second robot that stands, and the inverse kinematics of both legs.
+The floors are the engine's own steps of a second, standing robot, and the inverse kinematics of both legs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from nao_hil.runs.config import RunConfig
 STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
 """Angles of a leg, rad."""
 FIRST: Final = 300
-"""Cycles before the first block: in them the robot comes to its stand, and makes its first steps."""
+"""Cycles before the first block: the robot approaches its stand, and makes its first steps."""
 BLOCKS: Final = 15
 BLOCK: Final = 100
 """Cycles of a block."""

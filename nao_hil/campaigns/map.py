@@ -30,7 +30,7 @@ CELLS: Final = 20
 
 @dataclass
 class Survey:
-    """What is known of a grid of cells; an island smaller than the first lattice's gaps may be missed."""
+    """Results on a grid of cells; an island smaller than the first lattice's gaps may be missed."""
 
     shape: Cell
     test: Sprt = field(default_factory=Sprt)
@@ -85,7 +85,7 @@ class Survey:
         return wanted
 
     def _decide(self, cells: list[Cell], attempt: Try) -> bool:
-        """Try cells until each is decided; False: the walks came to an end before."""
+        """Try cells until each is decided; False: the walks end before."""
         open_cells = cells
         while open_cells:
             asked = [(cell, self.tried.get(cell, 0) + k) for cell in open_cells for k in range(self.batch)]
@@ -168,7 +168,7 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
 
 
 def summary(found: Survey, x: Axis, y: Axis) -> dict[str, Any]:
-    """For JSON: cells that were walked, with Wilson's 95 % intervals, and the saving."""
+    """For JSON: the cells tried, with Wilson's 95 % intervals, and the saving."""
     full = len(x.values) * len(y.values) * found.test.most
     walks = sum(found.tried.values())
     cells = [
@@ -187,7 +187,7 @@ def summary(found: Survey, x: Axis, y: Axis) -> dict[str, Any]:
 
 
 def draw(found: Survey, x: Axis, y: Axis, title: str, path: Path) -> Path:
-    """The map as a picture: share that walks on, and the width of its interval where there were walks."""
+    """The map as a picture: share that survives, and the width of its interval where there are walks."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")

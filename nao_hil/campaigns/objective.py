@@ -19,11 +19,11 @@ from nao_hil.runs.walk import Walk, WalkEnd
 STEEP: Final = math.radians(30.0)
 """Largest tilt that still scores."""
 BATCH: Final = 4
-"""Walks between looks at whether to go on."""
+"""Walks between two decisions on stopping."""
 
 
 def score(end: WalkEnd, duration: float) -> float:
-    """0 to 1. A fall scores up to a half, by how long it stood; a walk to the end more, by how upright."""
+    """0 to 1. A fall scores up to a half, by the time upright; a complete walk more, by its uprightness."""
     if not end.survived:
         return 0.5 * min(1.0, end.time / duration)
     return 1.0 - 0.5 * min(1.0, end.tilt_max / STEEP)
@@ -75,10 +75,10 @@ def judge(
     Args:
         walks: Of one point.
         attempt: Walks some of them.
-        go_on: Told of the walks so far, the sum of their scores, and the bounds of their mean.
+        go_on: Called with the number of walks so far, the sum of their scores, and the bounds of their mean.
 
     Returns:
-        Walks that were walked, and the sum of their scores.
+        Number of walks, and the sum of their scores.
     """
     n, total = 0, 0.0
     for begin in range(0, len(walks), BATCH):

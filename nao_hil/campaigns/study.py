@@ -20,7 +20,7 @@ from nao_hil.runs.fingerprint import source_hash
 from nao_hil.runs.walk import Walk, WalkEnd
 
 HEARTBEAT: Final = 30
-"""s between signs of life of a trial; one without them for twice as long is done again by somebody else."""
+"""s between signs of life of a trial; another process repeats one without them for twice as long."""
 _ATTEMPTS: Final = 10
 _DONE: Final = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
 
@@ -82,7 +82,7 @@ def _database(url: str) -> optuna.storages.RDBStorage:
 
 
 def enqueue(study: optuna.Study, point: Mapping[str, float]) -> None:
-    """Have a point tried, unless it was."""
+    """Have a point tried, unless it is a trial already."""
     study.enqueue_trial(dict(point), skip_if_exists=True)
 
 
@@ -137,7 +137,7 @@ def improve(
         try:
             study.optimize(objective, callbacks=[end], catch=(Stopped,))
         except ValueError as error:
-            # This process slept for longer than the heartbeat allows: its trial is somebody else's.
+            # This process slept for longer than the heartbeat allows: another one has its trial.
             if str(error) != "Cannot tell a FAIL trial.":
                 raise
 
@@ -155,7 +155,7 @@ def _try_again(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
 
 
 class Stopped(Exception):
-    """The command was stopped in the middle of a trial, which is tried again."""
+    """The command is stopped in the middle of a trial, which will be repeated."""
 
 
 def count(study: optuna.Study) -> int:

@@ -57,7 +57,7 @@ def keys_of(data: bytes) -> list[str]:
 
 
 def speed_steps(deflection: float) -> int:
-    """Steps of speed that a stick stands for, pushed forwards by -1..1."""
+    """Steps of speed for a stick pushed forwards by -1..1."""
     size = abs(deflection)
     if size < DEAD:
         return 0
@@ -90,11 +90,11 @@ class Driver:
     speeds: Mapping[str, float]
 
     def at_rest(self, status: WalkStatus) -> DriveTarget:
-        """The target of somebody who takes over from a walker's status."""
+        """The target at takeover of a resting walker, from its status."""
         return DriveTarget(status.gait, status.torso, status.admittance)
 
     def under_way(self, status: WalkStatus) -> DriveTarget:
-        """The target of somebody who takes over a walk: the step of speed next to its speed."""
+        """The target at takeover of a walk: the step of speed next to its speed."""
         step = self.speeds.get(status.gait, 0.0) / SPEED_STEPS
         forward = round(status.velocity[0] / step) if step > 0.0 else 1
         if not any(status.velocity[1:]):
@@ -126,7 +126,7 @@ class Driver:
         return target
 
     def stick(self, target: DriveTarget, deflection: float) -> DriveTarget:
-        """The target after the stick was moved, forwards by -1..1."""
+        """The target after a motion of the stick, forwards by -1..1."""
         return replace(target, forward=speed_steps(deflection))
 
     def steer(self, target: DriveTarget, velocity: Vec3) -> DriveTarget:
@@ -143,7 +143,7 @@ class Driver:
     def command(self, before: DriveTarget, target: DriveTarget, key: str = "") -> WalkCommand | None:
         """Command to the walker after a key; None: none.
 
-        A stop is always told: somebody else may have made the robot walk.
+        A stop is always sent: another driver may have made the robot walk.
         """
         if target.leave or key in STOPS:
             return WalkCommand(op="stop")

@@ -32,7 +32,7 @@ class Session:
     """Drives a walker by keys and a stick.
 
     Args:
-        walker: The one that is driven.
+        walker: The walker to drive.
 
     Raises:
         LinkError: no walker there takes commands.
@@ -56,14 +56,14 @@ class Session:
 
         Args:
             keys: As in `nao_hil.drive.driver.HELP`.
-            stick: Deflection forwards, -1..1; None: it was not moved.
+            stick: Deflection forwards, -1..1; None: not moved.
 
         Raises:
             LinkError: the walker does not answer.
         """
         if (keys or stick is not None) and not any(self.driver.velocity(self.target)):
             self.status = self._walker.status()
-            if self.status.state == "walk":  # by somebody else's word
+            if self.status.state == "walk":  # ordered by another driver
                 self.target = self.driver.under_way(self.status)
         for key in keys:
             self._turn(self.driver.press(self.target, key), key)

@@ -29,7 +29,7 @@ _UNCOMPRESSED, _COMPRESSED, _MESSAGE_IDS, _TYPES, _SETTINGS = range(5)
 _UNIFIED: Final = 0x8000_0000
 """Bit in the number of primitive types: the names of types are unified already."""
 _OPEN: Final = 0x0FFF_FFFF
-"""Number of messages of a log that was not closed: they go on to the end of the file."""
+"""Number of messages of an unclosed log: they last to the end of the file."""
 _HEADER: Final = struct.Struct("<II")
 _CODES: Final = {
     **{"bool": "?", "char": "b", "signed char": "b", "unsigned char": "B", "short": "h", "unsigned short": "H"},
@@ -74,7 +74,7 @@ class _Types(NamedTuple):
         """Path and `struct` code of each number in a value of a type.
 
         Raises:
-            KeyError: a type without a fixed size, or one that is not specified.
+            KeyError: a type without a fixed size, or without a specification.
         """
         kind = _unified(kind)
         if match := next(filter(None, (pattern.fullmatch(kind) for pattern in _ARRAY)), None):

@@ -31,13 +31,13 @@ def replay(
 ) -> Signals:
     """Run the emulated robot under the recorded commands, open loop.
 
-    It begins as the recording's robot did where the recording says how, else at rest in the first measured
+    It begins in the recording's start pose where that is recorded, else at rest in the first measured
     posture, hanging if the settings say so or its feet carry nothing; without angles, as the settings say.
 
     Args:
         recorded: Commands; a joint without one holds its first measured angle.
         settings: Of the emulated robot: body, wear, engine, scenario, start and seed.
-        progress: Told of each cycle.
+        progress: Called in each cycle.
 
     Raises:
         ConfigurationError: no such body, wear profile, scenario or start.
@@ -87,7 +87,7 @@ def _robot(recorded: RecordedSignals, settings: RunConfig) -> EmulatedRobot:
 _READ = ("robot", "wear", "engine", "scenario", "start", "seed")
 """Fields of a configuration that a replay reads."""
 _LYING = 1.0
-"""Roll or pitch from which on a torso lies, rad."""
+"""Roll or pitch from which on a torso counts as lying, rad."""
 _NO_COMMANDS = (
     "No commands were recorded: the emulated robot follows the recorded angles, and only sensors are compared."
 )
@@ -116,7 +116,7 @@ def compare_recording(
         recorded: The recording.
         name: Of its file, for the result.
         settings: The emulated robot; the noise floor's replay has the next seed.
-        progress: Told of the share that is done.
+        progress: Called with the share done.
 
     Returns:
         The numbers, and the first replay.
@@ -151,7 +151,7 @@ def compare_recording(
 
 
 def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
-    """A sentence if the emulated robot lies where the recorded one is not known to."""
+    """A sentence if the emulated robot lies and the recorded one does not, as far as is known."""
     lies, lay = (np.abs(signals.angle).max(axis=1) > _LYING for signals in (replayed, recorded))
     rows = np.flatnonzero(lies & ~lay)
     if not len(rows):
@@ -161,7 +161,7 @@ def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
 
 
 def _comparable(recorded: RecordedSignals) -> tuple[RecordedSignals, RecordedSignals | None, tuple[str, ...]]:
-    """Signals to measure, signals to replay (None: none), and a sentence if the recording was changed."""
+    """Signals to measure, signals to replay (None: none), and a sentence if the recording is changed."""
     if recorded.commanded:
         return recorded, recorded, ()
     if recorded.has_angles:

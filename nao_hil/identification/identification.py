@@ -42,16 +42,16 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     base: str
     """Wear profile that everything else is taken from."""
     profile: str
-    """File that was written."""
+    """File of the fitted profile."""
     confidence: float
     notes: tuple[str, ...]
     """Conversions and assumptions about the recording."""
     seconds: float
     parameters: dict[str, Identified]
-    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
-    follows from them: `stiffness.KneePitch`, ..., N m/rad."""
+    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and the
+    values derived from them: `stiffness.KneePitch`, ..., N m/rad."""
     assumed: tuple[str, ...]
-    """Values of the profile's table `servo` that were not fitted."""
+    """Values of the profile's table `servo` that are not fitted."""
     residual: dict[str, float | None]
     """RMS of the measured angle less the model's by joint, rad; None: not used."""
 
@@ -62,15 +62,15 @@ def identify(
     """Fit the drives to a recording.
 
     Args:
-        recorded: Of a robot that hangs, or stands still while head and arms move.
+        recorded: Of a suspended robot, or of one that stands still while head and arms move.
         base: Values that are not fitted.
-        progress: Told the number of simulations so far.
+        progress: Called with the number of simulations so far.
 
     Returns:
-        The fit, and the part of the recording that it was made on.
+        The fit, and the part of the recording that it uses.
 
     Raises:
-        ConfigurationError: only sensors were recorded, the torso moves, or no joint moves by itself.
+        ConfigurationError: only sensors are recorded, the torso moves, or no joint moves by itself.
     """
     if not (recorded.commanded and recorded.has_angles):
         raise ConfigurationError(
@@ -114,7 +114,7 @@ def result(
     Args:
         recorded: The recording.
         found: Fit to it.
-        signals: The part of it that was used.
+        signals: The part of it that is used.
         base: The rest.
         recording: Its file.
         profile: File of the profile.
@@ -153,7 +153,7 @@ def _assumed(fitted: Sequence[str]) -> list[str]:
 
 
 def _under_command(body: Body, signals: Signals) -> Signals:
-    """From where every joint has a command; one that never has holds its first angle, an absent one is at 0."""
+    """From where every joint has a command; one without any holds its first angle, an absent one is at 0."""
     absent = absent_joints(body)
     present = [number for number, joint in enumerate(JOINTS) if joint not in absent]
     known = np.isfinite(signals.command[:, present])

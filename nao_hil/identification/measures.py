@@ -68,7 +68,7 @@ def hysteresis(command: Array, position: Array, cycle: float, lag: float) -> flo
         lag: Delay by which the command is shifted first, s.
 
     Returns:
-        None where the command does not go slowly to and fro over the same angles.
+        None where the command does not move slowly to and fro over the same angles.
     """
     time = np.arange(len(command)) * cycle
     shifted = np.interp(time - lag, time, command)

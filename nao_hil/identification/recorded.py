@@ -94,7 +94,7 @@ class RecordedSignals:
     readings: Readings
     """The same measurements at their own times."""
     config: dict[str, Any]
-    """Configuration that the recording was made with; empty: it holds none."""
+    """Configuration of the recording; empty: it holds none."""
     whole: bool
     """It begins with the robot's first cycle."""
     encoder_grid: EncoderGrid
@@ -119,7 +119,7 @@ def read_signals(
 
     Args:
         path: .mcap of ours or of HULKs, .csv, .csv.gz, or .log of B-Human.
-        robot: Body; None: the one that the recording names.
+        robot: Body; None: the recording's.
         begin: First second of the recording to take.
         end: Last one; None: its end.
         columns: TOML that maps a CSV's columns, see `csv_file.ColumnMap`.
@@ -181,7 +181,7 @@ def _own(path: Path) -> tuple[Readings, dict[str, Any], bool]:
 def _commands(sensors: Any, actuators: Any) -> dict[str, Array]:
     """The command in force in the cycle after each sensor frame; NaN before the first one.
 
-    A frame says with `command` which one was in force in the cycle that it ends.
+    A frame names with `command` the one in force in the cycle that it ends.
     """
     replies = actuators["reply_to"].astype(int)
     order = np.argsort(replies, kind="stable")

@@ -46,7 +46,7 @@ def follow_angles(recorded: RecordedSignals) -> RecordedSignals:
 
 
 def at_rest(signals: Signals) -> slice | None:
-    """The longest stretch, 20 s at most, in which the torso does not move; None: none, or it cannot be told."""
+    """The longest stretch, 20 s at most, without motion of the torso; None: none, or unknown."""
     size = max(round(_WINDOW / signals.cycle), 2)
     known = [
         (name, axis)
@@ -75,7 +75,7 @@ def compare_fused_angle(readings: Readings, parameters: FusedAngleParameters) ->
         parameters: Of the filter.
 
     Returns:
-        None where one of these sensors, or the fused angle, was not recorded.
+        None where one of these sensors, or the fused angle, is not recorded.
     """
     empty = np.empty((0, 3))
     angle = readings.measured.get("angle", empty[:, :2])

@@ -84,7 +84,7 @@ _PRIORITY: Final = 60
 """SCHED_FIFO: over robot and walker, for a network is never late for lack of a processor."""
 ROBOT_ADDRESS: Final = "10.199.0.1"
 WALKER_ADDRESS: Final = "10.199.0.2"
-"""In namespaces of their own: they are in nobody's way."""
+"""In namespaces of their own, without effect on other networks."""
 _numbers: Final = itertools.count()
 
 
@@ -159,7 +159,7 @@ class EmulatedLink:
                 heapq.heappush(waiting, (at, next(number), side, packet))
 
     def close(self) -> None:
-        """End the thread; the devices go with their descriptors."""
+        """End the thread; the devices end with their descriptors."""
         os.write(self._woken, b"x")
         self._thread.join()
         for descriptor in (*self._ends, self._wake, self._woken):
@@ -224,7 +224,7 @@ class Site:
 
 
 def _clear() -> None:
-    """Take down what processes left that were killed: a namespace's name has the number of its process."""
+    """Remove the namespaces of killed processes: a namespace's name has the number of its process."""
     listed = subprocess.run(("ip", "netns", "list"), capture_output=True, text=True, check=False).stdout
     for space, number in re.findall(r"^(nao-hil-[rw]([0-9a-f]+)-[0-9a-f]+)\b", listed, re.MULTILINE):
         if not Path(f"/proc/{int(number, 16)}").exists():

@@ -1,4 +1,4 @@
-"""Everything a robot and its controller say on the wire, written down; for any robot, emulated or real."""
+"""Records all messages of a robot and its controller on the wire; for any robot, emulated or real."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Capture:
         self.counts = dict.fromkeys(_KINDS, 0)
         """Messages recorded on each topic."""
         self.refused = 0
-        """Messages that were not what their key says."""
+        """Messages of another form than their key's."""
         self.seconds = 0.0
         """Robot time recorded."""
         self._since: float | None = None
@@ -83,7 +83,7 @@ class Capture:
         self._queue.put((topic, payload))
 
     def record(self, recorder: Recorder, timeout: float) -> None:
-        """Write what has come, waiting up to `timeout` s for the first of it."""
+        """Write the waiting messages, after up to `timeout` s for the first one."""
         first = self._queue.take(timeout)
         for topic, payload in ([first] if first is not None else []) + self._queue.drain():
             try:
@@ -121,7 +121,7 @@ class Capture:
 
 
 def described(info: Info) -> dict[str, Any]:
-    """Configuration record of a recording from the wire: what is known of the robot."""
+    """Configuration record of a recording from the wire: the known facts of the robot."""
     known = msgspec.to_builtins(info)
     return {"robot": known.pop("body"), "name": known.pop("robot")} | {
         key: known[key] for key in ("side", "mode", "cycle", "software")

@@ -95,7 +95,7 @@ class Demo:
         self._announcer.announce(CAPTION, part.text, frame.seq)
         try:
             self._give(part.command)
-        except NaoHilError as error:  # it fell, say: the sentence tells, the demo goes on
+        except NaoHilError as error:  # after a fall, for example: its sentence is shown, the demo continues
             self._announcer.announce(CAPTION, str(error), frame.seq)
 
     def _give(self, command: WalkCommand | Push | None) -> None:

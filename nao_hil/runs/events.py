@@ -25,7 +25,7 @@ class StridePush(msgspec.Struct, frozen=True, kw_only=True):
     time: float
     """Of the walk from which on a stride is waited for, s."""
     phase: float | None
-    """Part of the stride (two steps) since the plan put the left foot to stand alone, 0 to 1; None: at once."""
+    """Part of the stride (two steps) since the left foot's single support began, 0 to 1; None: at once."""
     impulse: float
     """N s"""
     direction: float = 0.0
@@ -85,10 +85,10 @@ class WalkEvents:
         self._executor = executor
         self._phase = ""
         self._stride: tuple[float, float] | None = None
-        """When the stride under way began, and how long the one before was, s."""
+        """Beginning of the stride under way, and duration of the one before, s."""
 
     def follow(self, message: WalkTelemetry, time: float) -> None:
-        """Note where strides begin; told of each cycle."""
+        """Note the beginnings of strides; called in each cycle."""
         if message.phase == "SSL" != self._phase:
             self._stride = time, time - self._stride[0] if self._stride else math.inf
         self._phase = message.phase

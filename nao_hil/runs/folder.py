@@ -49,7 +49,7 @@ def recording_of(run: Path) -> Path:
 
 
 class RunDirectory:
-    """`runs/<time>/`, or the folder that was asked for.
+    """`runs/<time>/`, or the requested folder.
 
     Args:
         out: folder to use; made if it is not there. None: a new one under `runs/`, named by the time in UTC.

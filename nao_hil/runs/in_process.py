@@ -23,7 +23,7 @@ def walk_in_process(
 
     Args:
         settings: Configuration of the run.
-        observers: Told of each cycle.
+        observers: Called in each cycle.
         stop: Asked after each cycle.
 
     Raises:
@@ -54,7 +54,7 @@ def run(
         robot: At the boundary of its first cycle.
         guard: Between controller and robot.
         controller: At the beginning of its order.
-        observers: Told of each cycle.
+        observers: Called in each cycle.
         max_cycles: None: no bound.
         ended: Asked after each cycle.
     """

@@ -16,10 +16,10 @@ from bridge.messages.codec import M
 from bridge.messages.guard import GuardStatus
 
 _NOTICES: Final = 1000
-"""Most that are kept for the next look; a robot that says more is a flood, and its oldest are dropped."""
+"""Notices kept until the next read; of a flood of more the oldest are dropped."""
 
 MAX_TELEMETRY_AGE: Final = 10
-"""Cycles since the frame of the newest telemetry, beyond which its walker is taken to be gone."""
+"""Cycles since the frame of the newest telemetry, beyond which its walker counts as lost."""
 
 
 class Monitor:
@@ -37,7 +37,7 @@ class Monitor:
         self._session: zenoh.Session | None = None
 
     def connect(self) -> bool:
-        """Try to connect, unless that was done; False while no robot is there."""
+        """Try to connect, unless connected; False while there is no robot."""
         if self._session is None:
             self._session = try_client(self._endpoint)
             if self._session is not None:
@@ -82,7 +82,7 @@ class Monitor:
         return walk_in_force(self.status, self.telemetry, self.sensors)
 
     def take_notices(self) -> list[Notice]:
-        """The notices of the robot side that have come since the last call, oldest first."""
+        """The notices of the robot side since the last call, oldest first."""
         found = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
         return [notice for notice in found if notice is not None]
 

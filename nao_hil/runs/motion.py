@@ -58,7 +58,7 @@ def play(
     """Play a motion to its end, through the guard.
 
     Args:
-        robot: where it lies; moved.
+        robot: at its start pose; moved.
         name: of the motion, for the result.
         player: at its beginning.
         longest: time after which it is given up, s.

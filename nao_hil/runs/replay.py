@@ -33,7 +33,7 @@ class Replay:
         path: the recording.
         robot: id under which it appears.
         listen: Zenoh endpoint.
-        body: of the robot; None: the one that the recording names.
+        body: of the robot; None: the recording's.
 
     Raises:
         ConfigurationError: not a recording, no body known, bad id or endpoint.
@@ -43,7 +43,7 @@ class Replay:
     def __init__(self, path: Path, robot: str, listen: str, body: str | None = None) -> None:
         self._path = path
         keys.check_name("Robot id", robot)
-        read_recording(path)  # a wrong file is told before anything listens
+        read_recording(path)  # a wrong file is reported before anything listens
         sheet = recorded_body(path, body)
         self.info = Info(
             robot=robot,
@@ -79,7 +79,7 @@ class Replay:
         begin: float = 0.0,
         end: float = float("inf"),
     ) -> int:
-        """Publish the messages of a stretch of time at the pace they were recorded.
+        """Publish the messages of a stretch of time at their recorded pace.
 
         Args:
             stop: waits so many seconds, or less; true when the replay is to end.
@@ -121,10 +121,10 @@ class Replay:
 
 
 def recorded_body(path: Path, body: str | None = None) -> Body:
-    """The body that was recorded, or the one that is named instead.
+    """The recorded body, or the one named instead.
 
     Raises:
-        ConfigurationError: the recording names none, or one that is not known.
+        ConfigurationError: the recording names none, or an unknown one.
     """
     config = recorded_config(path)
     name = body or (config.get("robot") if isinstance(config, dict) else None)

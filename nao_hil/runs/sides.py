@@ -15,9 +15,9 @@ from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.supervisor import Child, ChildResult
 
 GRACE: Final = 5.0
-"""s a side has to end by itself after it was asked to."""
+"""s until a side that is asked to end must have ended."""
 MAX_RESTARTS: Final = 3
-"""Restarts of the walker within `RESTART_WINDOW`; one that ends oftener has a cause that a restart keeps."""
+"""Restarts of the walker within `RESTART_WINDOW`; more have a cause that a restart keeps."""
 RESTART_WINDOW: Final = 60.0
 """s"""
 _MISUSED: Final = 2
@@ -55,7 +55,7 @@ class Sides:
 
     @property
     def running(self) -> bool:
-        """Whether the run goes on: both are, or the robot is and its walker serves."""
+        """Whether the run continues: both are running, or the robot is and its walker serves."""
         if not self._robot.running:
             return False
         return self._walker.running or (self._serve and self._walker.end(0.0).code != _MISUSED)
@@ -67,7 +67,7 @@ class Sides:
             frame: Newest of the robot; None: it has sent none yet.
 
         Returns:
-            The sentence that the page shows as well; empty: there was nothing to do.
+            The sentence that the page shows as well; empty: no restart.
         """
         if self.given_up or not self.running or self._walker.running:
             return ""
@@ -90,7 +90,7 @@ class Sides:
 
     def end(self) -> tuple[ChildResult, ChildResult]:
         """End both, and give the results of walker and robot."""
-        # Both at once; a walker that ended by itself has brought the robot to a stand before.
+        # Both at once; a walker that ended by itself has already stopped the robot at a stand.
         self._walker.ask_to_end()
         self._robot.ask_to_end()
         self._announcer.close()

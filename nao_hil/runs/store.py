@@ -29,7 +29,7 @@ def key(walk: Walk) -> str:
 
 
 def stored(file: Path, key: str, kind: type[Result], make: Callable[[], Result]) -> Result:
-    """The result in `file` if it was stored under the same key; else the result of `make`, which is stored.
+    """The result in `file` if stored under the same key; else the result of `make`, which is stored.
 
     Args:
         file: JSON.

@@ -70,7 +70,7 @@ class Child:
     Args:
         name: for people, and for its files.
         arguments: of the command.
-        folder: where `<name>.out` (its stdout) and `<name>.log` (its stderr) go.
+        folder: of `<name>.out` (its stdout) and `<name>.log` (its stderr).
         place: command that runs it, for one in another network namespace.
     """
 

@@ -27,7 +27,7 @@ from nao_hil.runs.track import Track, TrackRecorder
 from walker.controller import Controller
 
 AFTER_FALL: Final = 0.3
-"""s that a run goes on after a fall, so that figures show it."""
+"""s that a run continues after a fall, so that figures show it."""
 LONGEST_START: Final = 30.0
 """s within which the walk must have begun."""
 
@@ -54,7 +54,7 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     """Stand in place of walking; the time of the walk is that of the stand."""
     keep_track: bool = True
     body: Body | None = None
-    """In place of the one that the configuration names."""
+    """In place of the configuration's body."""
     wear: WearProfile | None = None
     """Likewise."""
 
@@ -75,7 +75,7 @@ class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
     """How it ended."""
 
     ending: Ending
-    """`gave up`: the walker took itself for falling, and lies still without having fallen."""
+    """`gave up`: the walker detected a fall by mistake, and lies still."""
     time: float
     """Of the fall, or of the end, in the time of the walk, s."""
     roll: float
@@ -100,7 +100,7 @@ class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class WalkOutcome:
-    """A walk that was walked."""
+    """Result of a walk."""
 
     walk: Walk
     end: WalkEnd

@@ -10,7 +10,7 @@ from bridge.messages import Notice, TruthFrame, WalkTelemetry
 from bridge.types import Vec3
 
 LOADED: Final = 5.0
-"""N on a foot that stands."""
+"""N on a supporting foot."""
 SWINGING: Final = 1.0
 """N up to which a foot is in the air."""
 SWING_TIME: Final = 0.05
@@ -19,12 +19,12 @@ PAUSE: Final = 1.0
 """s without a foot in the air after which a walk is over."""
 Event = Literal["", "lifted", "step", "over"]
 _ORDERED: Final = ("motion", "rest")
-"""States of the walker in which the robot goes down, or is down, as it was told."""
+"""States of the walker in which the robot is down, or moves there, by order."""
 _GUARD_CODES: Final = ("guard-sit", "guard-active", "guard-approach", "guard-idle")
 
 
 class FallWatch:
-    """Distinguishes a fall from a robot that lies: it was on its feet, is down, and was not ordered down."""
+    """Distinguishes a fall from lying: it was on its feet, is down, and was not ordered down."""
 
     def __init__(self) -> None:
         self.state = ""
@@ -44,7 +44,7 @@ class FallWatch:
             self._seated = message.code == "guard-sit"
 
     def restart(self) -> None:
-        """The robot was put elsewhere, as it may lie now."""
+        """Restart after the robot is placed elsewhere, perhaps lying."""
         self._up = False
 
     def update(self, *, down: bool) -> bool:
@@ -108,7 +108,7 @@ class HeadingMotion:
 
     @property
     def velocity(self) -> Vec3:
-        """Mean, forward and to the left, m/s, and turn, rad/s; zeros where nothing was summed up."""
+        """Mean, forward and to the left, m/s, and turn, rad/s; zeros without samples."""
         return self._mean() if self._marked is None else self._marked
 
     def _mean(self) -> Vec3:
@@ -118,7 +118,7 @@ class HeadingMotion:
 
 
 class SeenWalk:
-    """Counts steps: a foot leaves the ground while the other one stands, and comes back."""
+    """Counts steps: a foot leaves the ground while the other one supports, and lands."""
 
     def __init__(self) -> None:
         self._lifted: dict[str, float] = {}
@@ -129,7 +129,7 @@ class SeenWalk:
         """One cycle.
 
         Returns:
-            `lifted`: a walk began; `step`: a foot came down; `over`: the walk ended with the last step.
+            `lifted`: a walk began; `step`: a foot landed; `over`: the walk ended with the last step.
         """
         if truth.fell:
             self._lifted.clear()

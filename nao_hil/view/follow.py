@@ -76,7 +76,7 @@ FAULTS: Final[dict[str, tuple[str, str]]] = {
     "hal-error": ("", ""),
     "power-loss": ("", ""),
 }
-"""Kinds of faults that the page offers: the part concerned, and the number that says how severe."""
+"""Kinds of faults that the page offers: the part concerned, and the number for the severity."""
 
 
 class LiveRun:
@@ -112,7 +112,7 @@ class LiveRun:
             self.rows.world = world
 
     def take(self, moment: Moment) -> list[bytes | dict[str, Any]]:
-        """The next moment; returns what the browsers are to be sent."""
+        """Process the next moment; returns the messages for the browsers."""
         balance = self._observer.update(moment)
         late = self._late.update(moment.sensors.time, moment.sensors.wall)
         self._latest_late = float(np.fmax(self._latest_late, late))
@@ -161,7 +161,7 @@ class LiveRun:
 
 
 class Follower:
-    """Shows one robot until it is told to stop.
+    """Shows one robot until it is stopped.
 
     Args:
         server: Serves the page.

@@ -1,4 +1,4 @@
-"""Key-frame motions as strips of pictures: what docs/floor.md shows.
+"""Key-frame motions as strips of pictures, for docs/floor.md.
 
 `python -m nao_hil.view.motion_strip FILE.png NAME... [--robot nao-v6] [--engine pybullet]`
 """

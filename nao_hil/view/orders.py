@@ -36,7 +36,7 @@ class Driving:
 
     Args:
         walker: Gives the walker to drive; raises LinkError without one.
-        present: Whether somebody looks: the robot stops by itself when nobody does any more.
+        present: Whether a browser shows the page: without one the robot stops by itself.
     """
 
     def __init__(self, walker: Callable[[], Walker], present: Callable[[], bool]) -> None:
@@ -45,10 +45,10 @@ class Driving:
         self._session: Session | None = None
 
     def press(self, key: str) -> str:
-        """Do what a key of `nao-hil drive` does.
+        """Act on a key of `nao-hil drive`.
 
         Returns:
-            What came of it, in a sentence.
+            A sentence on the result.
 
         Raises:
             LinkError: no walker takes commands.
@@ -68,7 +68,7 @@ class Driving:
             return self._session.reply
 
     def let_go(self) -> None:
-        """The walker was told otherwise: give no sign of life for what was wanted before."""
+        """Stop the keepalive of the former target: the walker has another order."""
         with self._lock:
             self._session = None
 
@@ -93,7 +93,7 @@ class Hand:
         body: Whose ranges they have.
         robot: Id of the robot.
         endpoint: Zenoh endpoint of the robot.
-        say: Told a sentence where the robot goes away.
+        say: Called with a sentence when the robot is lost.
     """
 
     def __init__(self, body: Body, robot: str, endpoint: str, say: Callable[[str], None]) -> None:
@@ -209,7 +209,7 @@ class Joints(_Order, frozen=True, tag="joints"):
 
 
 class Restart(_Order, frozen=True, tag="restart"):
-    """Begin a new run with these settings of `nao-hil up`; what is left out stays."""
+    """Begin a new run with these settings of `nao-hil up`; the others stay."""
 
     settings: dict[str, str]
 
@@ -221,7 +221,7 @@ _DECODER: Final = msgspec.json.Decoder(Order)
 
 
 class Orders:
-    """Carries out what the page asks for.
+    """Carries out the orders of the page.
 
     Args:
         commands: Clients of the robot.
@@ -245,7 +245,7 @@ class Orders:
             text: JSON.
 
         Returns:
-            A sentence, and whether the order was carried out.
+            A sentence, and whether the order is carried out.
         """
         try:
             order = _DECODER.decode(text)
@@ -299,7 +299,7 @@ class Orders:
         return "The run begins again; the page follows."
 
     def end(self) -> None:
-        """Leave a world that goes on and a robot that is free."""
+        """Leave the world running and the robot free."""
         self._slow.end()
         if self._hand is not None:
             self._hand.let_go()
@@ -319,10 +319,10 @@ class SlowMotion:
         self._pace: threading.Thread | None = None
 
     def set_speed(self, speed: float) -> str:
-        """Go on at this speed; 1: as fast as before.
+        """Set the speed of the world; 1: as fast as before.
 
         Returns:
-            What was done, in a sentence.
+            A sentence on the result.
 
         Raises:
             FrameError: refused.
@@ -339,7 +339,7 @@ class SlowMotion:
         return f"The robot's time goes at {speed:g} of its speed."
 
     def end(self) -> None:
-        """The page ends: a world that it slowed down goes on. Raises as `set_speed`."""
+        """End the page: a world that it slowed down runs on. Raises as `set_speed`."""
         if self._pace is not None:
             self.set_speed(1.0)
 
@@ -354,5 +354,5 @@ class SlowMotion:
         while not self._end.wait(pause):
             try:
                 self._send(Step())
-            except NaoHilError:  # the robot is gone, or was told to go on
+            except NaoHilError:  # the robot is lost, or resumed by another client
                 return

@@ -53,11 +53,11 @@ NEWTON: Final = 0.006
 BARS_OVER: Final = 0.02
 """Height over the sole at which the bars begin, m."""
 OVER: Final = 0.002
-"""Height of what is drawn on the floor over it, m."""
+"""Height over the floor of marks on it, m."""
 FAR: Final = 0.03
 """A capture point this far outside the support polygon is marked, m."""
 NOTHING: Final = -(2**31)
-"""The integer that stands for NaN."""
+"""The integer for NaN."""
 PERIOD: Final = 0.03
 """Robot time from one row to the next, s; the page interpolates between them."""
 LENGTH: Final = 1e-4
@@ -113,7 +113,7 @@ def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
     """Header and tables, compressed by gzip.
 
     Args:
-        header: What goes into JSON beside the layout, which is added as `tables`.
+        header: Data for JSON, to which the layout is added as `tables`.
         tables: By their names.
     """
     layout, columns = [], []
@@ -355,7 +355,7 @@ def world_json(world: WorldReply | None) -> dict[str, Any]:
 def events_json(
     symptoms: Sequence[Symptom], diagnosis: Diagnosis | None, stood: float = math.inf
 ) -> dict[str, Any]:
-    """Events, and the fall with its first symptom; `stood`: robot time at which the robot was up again, s."""
+    """Events, and the fall with its first symptom; `stood`: robot time at which the robot is up again, s."""
     fall = None
     if diagnosis is not None:
         first = diagnosis.first

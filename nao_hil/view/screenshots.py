@@ -27,13 +27,13 @@ from nao_hil.view.video import SOFTWARE
 SCREEN: Final = (1280, 800)
 PHONE: Final = (390, 844)
 TIMEOUT: Final = 600_000
-"""ms; without a graphics card, and beside other work, drawing takes its time."""
+"""ms; without a graphics card, and with other work, drawing takes its time."""
 SETTLING: Final = 4_000
 """ms from a change of the page to its picture."""
 COLOURS: Final = 256
 """Of a picture, so that its file is small."""
 FALL: Final = "[[pushes]]\ntime = 5.0\nimpulse = 6.0\ndirection = 90.0\n"
-"""What the recorded robot falls by."""
+"""Push that fells the recorded robot."""
 WALK: Final = ("--robot", "nao-v6", "--engine", "mujoco", "--gait", "omni")
 
 
@@ -41,7 +41,7 @@ class Photographer:
     """Takes the pictures, run by run.
 
     Args:
-        folder: Where they go.
+        folder: Of the pictures.
         work: Of the runs and their recordings.
     """
 

@@ -29,7 +29,7 @@ POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
 """Content-Security-Policy of everything but the page, which has its own."""
 HTML: Final = (("Content-Type", "text/html; charset=utf-8"),)
 BACKLOG: Final = 300
-"""Messages that wait for a browser; one that is further behind gets the run from its start again."""
+"""Messages waiting for a browser; one that is further behind gets the run from its start again."""
 URGENT: Final = b'{"do":"stop"'
 """Beginning of an emergency stop: it waits for no order before it."""
 
@@ -51,7 +51,7 @@ class Browser:
         self._sender = threading.Thread(target=self._send, name="sender", daemon=True)
 
     def start(self) -> None:
-        """Send the run, and from then on what is put."""
+        """Send the run, and from then on each `put`."""
         self._begin()
         self._sender.start()
 
@@ -139,7 +139,7 @@ class PageServer:
 
         Args:
             whole: Gives the packed run up to now.
-            order: Carries out an order; returns a sentence and whether it was carried out.
+            order: Carries out an order; returns a sentence and whether the order is carried out.
             files: Answers to paths other than the page's.
         """
         self._whole, self._order, self._files = whole, order, files

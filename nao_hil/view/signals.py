@@ -50,7 +50,7 @@ SIGNALS: Final = BALANCE | {f"{q} {joint}": unit for joint in JOINTS for q, unit
 """Signal -> unit, in the order of `signal_values`."""
 LATE: Final = list(SIGNALS).index("cycle late")
 PAUSE: Final = 500.0
-"""A longer time from one frame to the next was a pause of the world, ms."""
+"""A longer time from one frame to the next is a pause of the world, ms."""
 WINDOW: Final = 10.0
 """Robot time over which the earliest frame counts as punctual, s."""
 
@@ -161,7 +161,7 @@ class Lateness:
 
         Args:
             time: Robot time, s.
-            wall: Wall clock when the frame was sent, ns; 0: not known.
+            wall: Wall clock at sending, ns; 0: not known.
         """
         if not wall:
             return math.nan

@@ -48,8 +48,8 @@ def describe(
     """The state as the page shows it.
 
     Args:
-        moment: The newest; None: no frame has come.
-        guard: The robot's newest report of itself; None: none has come.
+        moment: The newest; None: no frame yet.
+        guard: The robot's newest report of itself; None: none yet.
         status: The walker's; None: no walker answers.
         world: Of an emulator; None: not known, or a real robot.
         silent: Time since the last frame, s.

@@ -47,7 +47,7 @@ class Footprints:
         self._last: dict[Kind, Array] = {}
 
     def update(self, balance: Balance) -> list[Footprint]:
-        """What the next moment adds."""
+        """Footprints that the next moment adds."""
         found: list[Footprint] = []
         for side in SIDES:
             foot = balance.best.robot.feet[side]
@@ -70,7 +70,7 @@ class Footprints:
 
 
 def recorded_world(recording: Path) -> WorldReply | None:
-    """What stood there at the start, from `scenario.toml` in the recording's folder; None without one."""
+    """Objects at the start, from `scenario.toml` in the recording's folder; None without one."""
     file = recording.parent / "scenario.toml"
     if not file.is_file():
         return None
@@ -81,7 +81,7 @@ def recorded_world(recording: Path) -> WorldReply | None:
 def initial_world(scenario: Scenario, seed: int) -> WorldReply:
     """Boxes, floor and terrain of a scenario before anything happens to a robot of this seed.
 
-    A box without a height is drawn on the floor, also where it lies on another one.
+    A box without a height is drawn on the floor, also where it is on another one.
     """
     floor = scenario.floor
     roll, pitch = math.radians(floor.roll), math.radians(floor.pitch)

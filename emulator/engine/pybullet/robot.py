@@ -16,7 +16,7 @@ from emulator.engine.values import TorsoState
 from emulator.poses import ORIGIN, Pose
 from emulator.vectors import Rotation, add, cross, rotate, scaled
 
-_TORQUE_INDEX = 3
+_TORQUE = 3
 """Place of the motor's torque in PyBullet's joint states."""
 
 
@@ -199,10 +199,7 @@ class BulletRobot(Multibody):
         """See `Multibody`."""
         states = bullet.getJointStates(self.model.robot, self._numbers, physicsClientId=self.model.client)
         return np.array(
-            [
-                s[_TORQUE_INDEX] if name in self._locked else 0.0
-                for name, s in zip(self.joints, states, strict=True)
-            ]
+            [s[_TORQUE] if name in self._locked else 0.0 for name, s in zip(self.joints, states, strict=True)]
         )
 
     def distance(self, name: str) -> float:

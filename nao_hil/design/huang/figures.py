@@ -99,7 +99,7 @@ def _margin(cycle: Cycle, choice: Choice) -> Any:
 
 
 def _zmp(cycle: Cycle, choice: Choice) -> Any:
-    """The ZMP in the support polygons, and its coordinates beside the pendulum's."""
+    """The ZMP in the support polygons, and its coordinates with the pendulum's."""
     x, y = cycle.zmp(choice)
     p_x, p_y = cycle.pendulum_zmp(choice)
     margins = cycle.support.margins(x[:, None], y[:, None])[:, 0]

@@ -1,6 +1,6 @@
 """Other times and heights with more margin: a study that can be continued.
 
-Searched beside x_sd, x_ed, y_d and y_m, which each trial finds by itself: T_d, T_m, H_min, H_max and H_ao.
+The search is over T_d, T_m, H_min, H_max and H_ao; each trial finds x_sd, x_ed, y_d and y_m by itself.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from walker.gaits.huang import HuangGait, HuangParameters
 from walker.gaits.pose import ARMS
 
 COARSE: Final = 12
-"""Points of a trial's grid along each dimension; the refinement goes between them."""
+"""Points of a trial's grid along each dimension; the refinement is between them."""
 
 
 def improve(

@@ -1,4 +1,4 @@
-"""A folder of walks: a journal, parts of Parquet that are never changed, and tracks where they were kept."""
+"""A folder of walks: a journal, parts of Parquet that are never changed, and tracks where they are kept."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class Dataset:
             ) from None
 
     def find(self, walks: Mapping[str, Walk]) -> dict[str, WalkOutcome]:
-        """Those that were walked before, by key; one whose track cannot be read counts as not walked.
+        """Finished walks among these, by key; one with an unreadable track counts as not walked.
 
         Args:
             walks: By key.

@@ -60,7 +60,7 @@ class SchedulerConnection(Protocol):
         """A client.
 
         Raises:
-            OSError: nobody answers there.
+            OSError: no answer there.
         """
         ...
 
@@ -134,11 +134,11 @@ class Scheduler:
         return Client(self.address, timeout=ANSWER, security=security, set_as_default=False)
 
     def close(self) -> None:
-        """Nothing was started here."""
+        """Close nothing: the cluster was not started here."""
 
 
 SPARE: Final = 16
-"""Jobs under way beyond two for each worker, when new ones were submitted."""
+"""Jobs under way beyond two for each worker, when new ones are submitted."""
 FEW: Final = 4
 """Jobs under way beyond one for each worker, when new ones are submitted: none waits for this process."""
 RECONNECT: Final = 300.0
@@ -149,15 +149,14 @@ _LOST: Final = (CancelledError, ClosedClientError, CommClosedError, OSError, Tim
 
 
 class _Lost(Exception):
-    """The scheduler is gone, with all that it knew."""
+    """The scheduler is lost, with all that it knew."""
 
 
 class DaskExecutor:
     """A dask cluster.
 
-    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A scheduler
-    that is gone is looked for, and given anew what is not done. A scheduler without workers for as long ends
-    the run.
+    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A lost scheduler is
+    searched for, and gets all unfinished jobs again. A scheduler without workers for as long ends the run.
 
     Args:
         connection: To the scheduler.
@@ -256,13 +255,13 @@ class DaskExecutor:
     def _drop(self) -> None:
         self._alone = None
         if self._client is not None:
-            # a busy machine, or a client that was about to look for its scheduler; results are in
+            # a busy machine, or a client in search of its scheduler; results are in
             with contextlib.suppress(TimeoutError, asyncio.TimeoutError, OSError, RuntimeError):
                 self._client.close(timeout=1)
             self._client = None
 
     def close(self) -> None:
-        """Give up what is under way, and end processes that were started for it."""
+        """Give up running jobs, and end the processes started for them."""
         if self._stop.is_set():
             self._connection.close()
         self._drop()
@@ -282,7 +281,7 @@ class _Flight:
         self.jobs: dict[int, Job] = {}
         """By place."""
         self._futures: dict[int, Any] = {}
-        """Of those that the scheduler was given."""
+        """Of the jobs submitted to the scheduler."""
         self._done: queue.Queue[tuple[int, Any]] = queue.Queue()
         self._coming: list[tuple[int, Any]] = []
         """Of those whose results are fetched: the place and the future."""
@@ -295,7 +294,7 @@ class _Flight:
             jobs: By place.
 
         Raises:
-            _Lost: the scheduler is gone.
+            _Lost: the scheduler is lost.
         """
         self.jobs |= jobs
         new = {place: job for place, job in self.jobs.items() if place not in self._futures}
@@ -313,18 +312,18 @@ class _Flight:
             future.add_done_callback(lambda done, place=place, to=self._done: to.put((place, done)))
 
     def again(self, client: Any) -> None:
-        """Another scheduler, which was given nothing."""
+        """Another scheduler, without jobs."""
         self._client = client
         self._done = queue.Queue()
         self._fetch = None
         self._futures.clear()
 
     def finished(self) -> list[Finished]:
-        """What is done by now; waits a moment for it.
+        """Finished jobs; waits a moment for them.
 
         Raises:
             WorkerRefused: a worker has other sources.
-            _Lost: the scheduler is gone.
+            _Lost: the scheduler is lost.
         """
         found = [] if self._fetch else self._begin_to_fetch()
         if self._fetch and concurrent.futures.wait([self._fetch], POLL).done:
@@ -335,7 +334,7 @@ class _Flight:
             self._fetch = None
             found += fetched
             there = {each.place for each in fetched}
-            for place, future in self._coming:  # lost with its worker, and failed when it was done again
+            for place, future in self._coming:  # lost with its worker, and failed when repeated
                 if place not in there:
                     self._done.put((place, future))
         if not found and self._client.status == "closed":
@@ -345,9 +344,9 @@ class _Flight:
         return found
 
     def _begin_to_fetch(self) -> list[Finished]:
-        """Ask for the results of what is done; gives what failed.
+        """Request the results of finished jobs; returns the failed ones.
 
-        Nobody waits for the answer: what was lost with its worker is done again first.
+        The answer is not awaited: jobs lost with their worker are repeated first.
         """
         batch = []
         try:
