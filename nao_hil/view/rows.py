@@ -33,7 +33,7 @@ from emulator.shell import Colour, ColouredMesh, lamps, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Stand, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.recorded_run import RecordedRun
-from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
+from nao_hil.view.signals import CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.surroundings import Footprints, terrain_meshes
 from walker.estimation.odometry import GroundPlane
 
@@ -281,9 +281,9 @@ class RunRows:
             ],
             "newton": NEWTON,
             "colours": {"safe": SAFE, "lost": LOST, "object": OBSTACLE, **PRINTS},
+            "prints": list(PRINTS),
             "charts": [chart.to_json() for chart in CHARTS],
             "signals": list(SIGNALS.items()),
-            "whole": len(BALANCE),
             "joints": [[j, *np.degrees([s.lower, s.upper])] for j in JOINTS if (s := self.body.joints.get(j))],
             "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
             **world_json(self.world),
@@ -298,7 +298,7 @@ class RunRows:
                 "parent": tree[name].parent,
                 "offset": tree[name].offset,
                 "axis": tree[name].axis,
-                "joint": INDEX_WITH_MIRROR[name],
+                "joint": JOINTS[INDEX_WITH_MIRROR[name]],
             }
             for name in self._kinematics.links[1:]
         ]

@@ -181,14 +181,14 @@ class Charts {
     for (let t = Math.max(0, Math.ceil(this.start / step) * step); t <= this.start + this.span; t += step)
       c.fillText(`${+t.toFixed(1)} s`, Math.min(Math.max(this.x(t), 14), width - 18), height + 10);
     const run = runs[0];
-    return run.count ? run.header.phases[run.get(run.row(this.read), "phase")[0]]?.name : "";
+    return run.count ? run.phase(run.row(this.read))?.name : "";
   }
 
   phaseBar(c, run, top, right) {
-    const name = (i) => run.header.phases[run.get(i, "phase")[0]], to = run.row(this.start + this.span);
+    const to = run.row(this.start + this.span);
     for (let i = run.row(this.start), from = i; i <= to && run.count; i++) {
-      if (i < to && name(i + 1) === name(from)) continue;
-      const here = name(from), x0 = Math.max(this.x(run.time(from)), LEFT), x1 = Math.min(this.x(run.time(Math.min(i + 1, to))), right);
+      if (i < to && run.phase(i + 1) === run.phase(from)) continue;
+      const here = run.phase(from), x0 = Math.max(this.x(run.time(from)), LEFT), x1 = Math.min(this.x(run.time(Math.min(i + 1, to))), right);
       if (here) {
         c.fillStyle = here.colour;
         c.fillRect(x0, top, Math.max(x1 - x0, 0.5), PHASE - 2);

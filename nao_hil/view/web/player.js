@@ -105,7 +105,7 @@ class Player {
   // Where the camera is; it follows the robot over the ground, smoothly unless the time jumped.
   view(actors, elapsed) {
     const { camera } = this, share = 1 - Math.exp(-elapsed / FOLLOW);
-    const mean = (k) => actors.reduce((sum, { moment, shift }) => sum + moment.position[k] + shift[k], 0) / actors.length;
+    const mean = (k) => actors.reduce((sum, { moment, shift }) => sum + moment.torso[k] + shift[k], 0) / actors.length;
     const at = [mean(0), mean(1), 0.25], far = !camera.aim || this.jumped || Math.hypot(...minus(at, camera.aim)) > 0.5;
     camera.aim = far ? at : camera.aim.map((x, i) => x + share * (at[i] - x));
     this.jumped = false;
@@ -140,8 +140,8 @@ class Player {
   chip() {
     if (!this.runs[0]?.count) return;
     const [{ moment }] = this.actors(), { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
-    const said = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
-    $("state").textContent = said.filter(Boolean).join(" · ");
+    const parts = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
+    $("state").textContent = parts.filter(Boolean).join(" · ");
     $("state").classList.toggle("alarm", Boolean(state?.alarm));
     const fell = fall && this.time >= fall.time && this.time < (fall.until ?? Infinity);
     $("fell").hidden = !fell;
@@ -150,8 +150,8 @@ class Player {
   }
 
   labels(actors) {
-    const shown = actors.length > 1 ? actors.map(({ run, moment, shift }) => [run.header.title, moment.position.slice(0, 3).map((x, k) => x + shift[k]), 0.34]) : [];
-    if (this.overlays.estimate) shown.push(...actors.map(({ moment, shift }) => ["estimated pose", moment.position.slice(0, 3).map((x, k) => x + shift[k]), 0.26]));
+    const shown = actors.length > 1 ? actors.map(({ run, moment, shift }) => [run.header.title, moment.torso.map((x, k) => x + shift[k]), 0.34]) : [];
+    if (this.overlays.estimate) shown.push(...actors.map(({ moment, shift }) => ["estimated pose", moment.torso.map((x, k) => x + shift[k]), 0.26]));
     const box = $("labels");
     while (box.children.length > shown.length) box.lastChild.remove();
     shown.forEach(([text, [x, y, z], over], i) => {
@@ -257,7 +257,7 @@ function legend(player) {
   $("legend").replaceChildren(Object.assign(document.createElement("h2"), { textContent: "Overlays" }), ...rows);
 }
 
-const COLUMNS = ["command", "angle", "current", "temperature"];
+const DECIMALS = { command: 1, angle: 1, current: 2, temperature: 0 }; // of the columns of the joints
 
 function jointTable(player) {
   const { header } = player.runs[0], cell = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
@@ -267,7 +267,7 @@ function jointTable(player) {
     const row = document.createElement("tr");
     Object.assign(row, { title: `${name}: chart of command and angle; ${low.toFixed(0)} to ${high.toFixed(0)} deg` });
     row.dataset.joint = name;
-    row.append(cell("td", name), ...COLUMNS.map(() => cell("td", "")));
+    row.append(cell("td", name), ...Object.keys(DECIMALS).map((quantity) => Object.assign(cell("td", ""), { className: quantity })));
     row.addEventListener("click", (event) => {
       if (event.target.matches("input")) return;
       player.charts.toggle(`angle ${name}`, `command ${name}`);
@@ -281,10 +281,10 @@ function jointTable(player) {
 
 function jointValues(player, { run, moment }) {
   for (const row of $("joints").querySelectorAll("tr[data-joint]"))
-    COLUMNS.forEach((quantity, i) => {
-      const value = run.value(moment.row, run.signal[`${quantity} ${row.dataset.joint}`]), held = row.cells[i + 1].firstElementChild;
-      if (!held) row.cells[i + 1].textContent = Number.isNaN(value) ? "" : value.toFixed(i === 2 ? 2 : i === 3 ? 0 : 1);
-    });
+    for (const [quantity, decimals] of Object.entries(DECIMALS)) {
+      const value = run.value(moment.row, run.signal[`${quantity} ${row.dataset.joint}`]), cell = row.querySelector(`.${quantity}`);
+      if (!cell.firstElementChild) cell.textContent = Number.isNaN(value) ? "" : value.toFixed(decimals);
+    }
 }
 
 function verdict(fall) {
@@ -310,7 +310,7 @@ function controls(player) {
     player.open(names.includes(player.tab) ? player.tab : "Charts");
   };
   const step = (by) => player.goTo(player.time + by);
-  const dress = (theme) => {
+  const setTheme = (theme) => {
     player.theme = document.documentElement.dataset.theme = theme;
     if (player.runs.length) player.events();
   };
@@ -325,7 +325,7 @@ function controls(player) {
   $("forward").addEventListener("click", acts.ArrowRight);
   $("camera").addEventListener("click", camera);
   $("live").addEventListener("click", acts.l);
-  $("theme").addEventListener("click", () => dress(player.theme === "dark" ? "light" : "dark"));
+  $("theme").addEventListener("click", () => setTheme(player.theme === "dark" ? "light" : "dark"));
   for (const button of document.querySelectorAll("[data-sheet]")) button.addEventListener("click", () => sheet(button.dataset.sheet));
   addEventListener("keydown", (event) => {
     const act = acts[event.key];
@@ -335,7 +335,7 @@ function controls(player) {
     act();
   });
   $("keys").replaceChildren(...Object.entries(KEYS).flatMap(([key, does]) => [Object.assign(document.createElement("dt"), { textContent: key }), Object.assign(document.createElement("dd"), { textContent: does })]));
-  dress(player.theme);
+  setTheme(player.theme);
   player.tabs();
   orbit(player);
 }

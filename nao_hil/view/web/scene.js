@@ -415,11 +415,10 @@ class Scene {
     const { gl } = this, { run, moment, shift } = actor;
     this.place(actor);
     const moved = (corners) => corners.map((p) => p.map((x, k) => x + shift[k])), { colours } = run.header;
-    const kinds = ["planned", "made"];
-    if (overlays.footsteps) this.flats(moment.footprints.flatMap(({ kind, corners }) => ribbon(moved(corners), colours[kinds[kind]], 0.9)), 1);
+    if (overlays.footsteps) this.flats(moment.footprints.flatMap(({ kind, corners }) => ribbon(moved(corners), colours[kind], 0.9)), 1);
     const support = overlays.support ? this.support(moved(moment.support.corners), moment.support.tips, colours) : [];
-    const com = run.header.points.findIndex((point) => point.name === "com"), at = moment.points.slice(3 * com, 3 * com + 3), below = moment.points.slice(3 * com + 3, 3 * com + 6);
-    const plumb = overlays.com ? ribbon(moved([at, below]), run.header.points[com].colour, 0.9, false) : [];
+    const { com, com_ground: below } = moment.points, { colour } = run.header.points.find(({ name }) => name === "com");
+    const plumb = overlays.com ? ribbon(moved([com, below]), colour, 0.9, false) : [];
     const arrow = push && Math.hypot(...push) > 0.02 ? this.arrow(actor, push) : [];
     this.flats([...support, ...arrow, ...(overlays.forces ? this.bars(run, moment) : [])], 1);
     this.balls(actor, overlays, 1);
@@ -442,8 +441,8 @@ class Scene {
   }
 
   balls({ run, moment, shift }, overlays, fade) {
-    run.header.points.forEach((point, i) => {
-      const at = moment.points.slice(3 * i, 3 * i + 3).map((x, k) => x + shift[k]), r = point.radius;
+    run.header.points.forEach((point) => {
+      const at = moment.points[point.name].map((x, k) => x + shift[k]), r = point.radius;
       if (!overlays[point.overlay] || at.some(Number.isNaN)) return;
       this.single(this.ball, at, [1, 0, 0, 0], point.name === "com" ? [r, r, r] : [r, r, 0.35 * r], [...point.colour.map((c) => c / 255), fade]);
     });
@@ -485,7 +484,7 @@ class Scene {
   // A push, N s, forward and to the left of the robot; its head touches the shell.
   arrow({ moment, shift }, [x, y]) {
     const c = Math.cos(moment.heading), s = Math.sin(moment.heading), way = [ARROW * (c * x - s * y), ARROW * (s * x + c * y), 0];
-    const along = unit(way), head = moment.position.slice(0, 3).map((p, k) => p + shift[k] - 0.09 * along[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
+    const along = unit(way), head = moment.torso.map((p, k) => p + shift[k] - 0.09 * along[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
     const side = [-along[1], along[0], 0], rgb = [0.988, 0.769, 0.098, 1], out = [];
     const neck = head.map((p, k) => p - 0.035 * along[k]);
     for (const wide of [side, [0, 0, 1]]) {

@@ -4,7 +4,7 @@
 const CODEC = "vp09.00.40.08"; // VP9, level 4: up to 1920 x 1080 at 30 pictures a second
 const SHARE = 0.3; // of the breadth, for the charts
 const KEY = 2; // s from one key picture to the next
-const TOLD = 2.5; // s for which an event is told
+const EVENT_TIME = 2.5; // s for which an event is shown
 
 class Video {
   constructor(player, { width, height, rate, bits, theme }) {
@@ -85,6 +85,6 @@ class Video {
     if (fall && time >= fall.time && time < (fall.until ?? Infinity)) {
       line(`It fell at ${fall.time.toFixed(2)} s. What went wrong first:`, 668, "600 18px", "#fa5252");
       line(fall.text, 692, "18px", this.colours.text);
-    } else if (last && time - last.time < TOLD) line(last.text, 692, "18px", this.colours.event(last, false));
+    } else if (last && time - last.time < EVENT_TIME) line(last.text, 692, "18px", this.colours.event(last, false));
   }
 }
