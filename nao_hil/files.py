@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from bridge.errors import ConfigurationError
 
-FULL: Final = (errno.ENOSPC, errno.EDQUOT)
+DISK_FULL_ERRORS: Final = (errno.ENOSPC, errno.EDQUOT)
 """Errors of a disk, or of one's share of it, that is full."""
 
 
@@ -43,7 +43,7 @@ def atomic_path(file: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(place)
     except OSError as error:
-        if error.errno in FULL:
+        if error.errno in DISK_FULL_ERRORS:
             raise
         raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None
     finally:

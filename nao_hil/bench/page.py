@@ -48,7 +48,7 @@ class Viewer(ABC):
         self.port = free_port()
         self._ready, self._stop = threading.Event(), threading.Event()
         self._rate = 0.0
-        self._thread = threading.Thread(target=self._look, daemon=True)
+        self._thread = threading.Thread(target=self._view, daemon=True)
 
     def open(self, timeout: float) -> None:
         """Look at the page, which is served, and wait until it is shown; `timeout` in s. Raises LinkError."""
@@ -63,14 +63,14 @@ class Viewer(ABC):
         return self._rate
 
     @abstractmethod
-    def _look(self) -> None:
+    def _view(self) -> None:
         """Look until `_stop`: set `_ready` when the page is shown and, at the end, `_rate`."""
 
 
 class Receiver(Viewer):
     """Takes everything, draws nothing."""
 
-    def _look(self) -> None:
+    def _view(self) -> None:
         from websockets.sync.client import connect
         from websockets.typing import Origin
 
@@ -104,7 +104,7 @@ class Browser(Viewer):
         if self._path is None:
             raise ConfigurationError("This needs Chromium; on Debian or Ubuntu: apt-get install chromium.")
 
-    def _look(self) -> None:
+    def _view(self) -> None:
         from playwright.sync_api import sync_playwright
 
         with sync_playwright() as playwright:
@@ -125,7 +125,7 @@ TIMEOUT: Final = 120.0
 """s for each process to start, and for a page to be shown."""
 LISTENS: Final = "; recording to"
 FOUND: Final = "found:"
-LOADING: Final = 3.0
+LOADING_TIME: Final = 3.0
 """s until the robot walks."""
 CASES: Final[dict[str, tuple[type[Viewer] | None, bool]]] = {
     "without": (None, False),
@@ -200,7 +200,7 @@ def _walk(engine: str, seconds: float, viewer: Viewer | None) -> dict[str, float
         if page is not None:
             _wait(page, READY)
         _wait(walker, FOUND)
-        time.sleep(LOADING)
+        time.sleep(LOADING_TIME)
         if viewer is not None:
             viewer.open(TIMEOUT)
         time.sleep(seconds)

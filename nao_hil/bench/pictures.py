@@ -21,7 +21,7 @@ from nao_hil.runs.supervisor import Child, free_endpoint
 
 TIMEOUT: Final = 120.0
 """s for each process to start."""
-UNDER_WAY: Final = 3.0
+START_TIME: Final = 3.0
 """s until the robot walks, and the first picture is there."""
 RATE: Final = 10
 """Pictures a second, of 320 x 240 pixels, RGB."""
@@ -111,7 +111,7 @@ def program(name: str, url: str, seconds: float) -> None:
     if name == "walk":
         motion.wakeUp()
         motion.moveToward(1.0, 0.0, 0.0)
-        time.sleep(UNDER_WAY)
+        time.sleep(START_TIME)
         print("0", flush=True)
         while motion.moveIsActive():
             time.sleep(0.5)

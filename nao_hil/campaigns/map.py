@@ -21,7 +21,7 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.walk import Walk
 
 Cell = tuple[int, int]
-COARSEST: Final = 4
+FIRST_SPACING: Final = 4
 """Cells between those of the first lattice."""
 Try = Callable[[Sequence[tuple[Cell, int]]], Iterable[bool]]
 """Walks each cell with the seed of that number; gives who survived, in order."""
@@ -41,10 +41,10 @@ class Survey:
 
     def run(self, attempt: Try) -> None:
         """Look at cells until the boundary is known to a cell."""
-        step = COARSEST
+        step = FIRST_SPACING
         while step >= 1:
             lattice = self._lattice(step)
-            wanted = [cell for cell in lattice if step == COARSEST]
+            wanted = [cell for cell in lattice if step == FIRST_SPACING]
             while wanted or (wanted := self._mixed(lattice, step)):
                 if not self._decide(wanted, attempt):
                     return

@@ -19,7 +19,7 @@ from nao_hil.campaigns.objective import Ensemble, judge
 from nao_hil.runs.fingerprint import source_hash
 from nao_hil.runs.walk import Walk, WalkEnd
 
-HEARTBEAT: Final = 30
+HEARTBEAT_INTERVAL: Final = 30
 """s between signs of life of a trial; another process repeats one without them for twice as long."""
 _ATTEMPTS: Final = 10
 _DONE: Final = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
@@ -71,8 +71,8 @@ def _database(url: str) -> optuna.storages.RDBStorage:
             try:
                 return optuna.storages.RDBStorage(
                     url,
-                    heartbeat_interval=HEARTBEAT,
-                    grace_period=2 * HEARTBEAT,
+                    heartbeat_interval=HEARTBEAT_INTERVAL,
+                    grace_period=2 * HEARTBEAT_INTERVAL,
                     heartbeat_stale_trial_callback=_try_again,
                 )
             except Exception as error:

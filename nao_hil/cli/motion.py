@@ -67,13 +67,13 @@ def motion(
     from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion, lying
     from bridge.motion.get_up import TRIES
     from nao_hil.runs.build import build_robot
-    from nao_hil.runs.motion import BEGINS, play
+    from nao_hil.runs.motion import START_POSES, play
 
     chooses = name == GET_UP
     if tries is not None and not chooses:
         raise ConfigurationError(f"--tries is for {GET_UP}; the motion {name} is played once.")
     wanted = None if chooses else load_motion(name, (GET_UP,))
-    lies = start or ("lie-back" if wanted is None else BEGINS[wanted.begins[0]])
+    lies = start or ("lie-back" if wanted is None else START_POSES[wanted.begins[0]])
     console = open_console()
     settings = chosen_engine(
         run_config(None, robot=robot, wear=wear, engine=engine, start=lies, seed=seed), console

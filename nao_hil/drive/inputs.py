@@ -17,8 +17,8 @@ from nao_hil.drive.driver import keys_of
 _EVENT: Final = struct.Struct("<IhBB")
 """Time in ms, value, kind, number (the kernel's joystick interface, linux/joystick.h)."""
 _BUTTON, _AXIS, _INITIAL = 0x01, 0x02, 0x80
-_FULL: Final = 32767.0
-_FORWARDS: Final = 1
+_FULL_DEFLECTION: Final = 32767.0
+_FORWARD_AXIS: Final = 1
 """Axis of the left stick, up negative."""
 _BUTTON_KEYS: Final = {0: " ", 1: "g", 2: "t", 3: "m"}
 
@@ -100,6 +100,6 @@ def events_of(data: bytes) -> tuple[list[str], float | None]:
     for _, value, kind, number in _EVENT.iter_unpack(data[: len(data) // _EVENT.size * _EVENT.size]):
         if kind == _BUTTON and value and number in _BUTTON_KEYS:
             keys.append(_BUTTON_KEYS[number])
-        elif kind & ~_INITIAL == _AXIS and number == _FORWARDS:
-            stick = -value / _FULL
+        elif kind & ~_INITIAL == _AXIS and number == _FORWARD_AXIS:
+            stick = -value / _FULL_DEFLECTION
     return keys, stick

@@ -11,7 +11,7 @@ from bridge.types import Vec3
 from nao_hil.drive.driver import Driver, DriveTarget
 from walker.gaits import GAITS, gait_parameters
 
-SIGN: Final = 1.0
+KEEPALIVE_INTERVAL: Final = 1.0
 """s between two signs of life of the driver."""
 
 
@@ -70,7 +70,7 @@ class Session:
         if stick is not None:
             self._turn(self.driver.stick(self.target, stick))
         again = self.driver.again(self.target)
-        if again is not None and time.monotonic() - self._last_sent > SIGN:
+        if again is not None and time.monotonic() - self._last_sent > KEEPALIVE_INTERVAL:
             if not self._send(again):  # after a fall, for one: a new order is needed
                 self.target = self.driver.press(self.target, "x")
         else:

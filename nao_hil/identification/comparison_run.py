@@ -22,7 +22,7 @@ from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 
 HANG: Final = "hang"
-_CLEARANCE: Final = 0.1
+_HANGING_HEIGHT: Final = 0.1
 """Height of a hanging robot's soles over the floor, m."""
 
 
@@ -80,13 +80,13 @@ def _robot(recorded: RecordedSignals, settings: RunConfig) -> EmulatedRobot:
         scenario=load_scenario(settings.scenario),
         start=STAND,
         held=held,
-        lift=_CLEARANCE if held else 0.0,
+        lift=_HANGING_HEIGHT if held else 0.0,
     )
 
 
 _READ = ("robot", "wear", "engine", "scenario", "start", "seed")
 """Fields of a configuration that a replay reads."""
-_LYING = 1.0
+_LYING_ANGLE = 1.0
 """Roll or pitch from which on a torso counts as lying, rad."""
 _NO_COMMANDS = (
     "No commands were recorded: the emulated robot follows the recorded angles, and only sensors are compared."
@@ -152,7 +152,7 @@ def compare_recording(
 
 def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
     """A sentence if the emulated robot lies and the recorded one does not, as far as is known."""
-    lies, lay = (np.abs(signals.angle).max(axis=1) > _LYING for signals in (replayed, recorded))
+    lies, lay = (np.abs(signals.angle).max(axis=1) > _LYING_ANGLE for signals in (replayed, recorded))
     rows = np.flatnonzero(lies & ~lay)
     if not len(rows):
         return ()

@@ -23,7 +23,7 @@ from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
 from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
 
-STEADY: Final = 0.15
+MAX_TILT_CHANGE: Final = 0.15
 """rad by which the torso may tilt to and fro."""
 
 
@@ -78,7 +78,7 @@ def identify(
             "`nao-hil excite` records them."
         )
     tilt = recorded.signals.angle
-    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > STEADY:
+    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > MAX_TILT_CHANGE:
         raise ConfigurationError(
             f"The torso tilts by {math.degrees(np.ptp(tilt, axis=0).max()):.0f} degrees in this recording; "
             "identification needs a robot that hangs still or stands still, as `nao-hil excite` moves it."

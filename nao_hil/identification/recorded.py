@@ -23,7 +23,7 @@ from nao_hil.identification.readings import Readings, Signals, on_grid, timing_n
 from nao_hil.recording import load
 from nao_hil.runs.replay import recorded_body
 
-_VALUES: Final = 8
+_MIN_VALUES: Final = 8
 """Different angles that a joint needs: eight random ones seem to be on a grid once in a thousand."""
 _ON_GRID: Final = 0.95
 """Least length of the mean of unit vectors that make one turn a step: the angles then scatter by 0.05 steps at
@@ -75,7 +75,7 @@ def encoder_grid(body: Body, measured: Mapping[str, Array]) -> EncoderGrid:
     joints = {}
     for number, name in enumerate(JOINTS):
         values = np.unique(position[np.isfinite(position[:, number]), number])
-        if name not in HANDS and len(np.unique(np.rint(values / (0.5 * step)))) >= _VALUES:
+        if name not in HANDS and len(np.unique(np.rint(values / (0.5 * step)))) >= _MIN_VALUES:
             mean = np.exp(2j * np.pi * values / step).mean()
             shift = float(np.angle(mean) / (2.0 * np.pi) * step)
             joints[name] = JointGrid(on_grid=bool(abs(mean) >= _ON_GRID), shift=shift)

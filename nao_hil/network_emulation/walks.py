@@ -18,7 +18,7 @@ from nao_hil.runs.fingerprint import PROCESSES, fingerprint
 from nao_hil.runs.supervisor import Child
 
 ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447#open"
-GRACE: Final = 30.0
+END_TIMEOUT: Final = 30.0
 """s for a side to end by itself, with a link whose queue is still full."""
 
 
@@ -105,8 +105,8 @@ class Pair:
         """
         self._site.link.set(NetworkConditions())
         self.walker.ask_to_end()
-        walker = self.walker.end(GRACE)
-        robot = self.robot.end(GRACE)
+        walker = self.walker.end(END_TIMEOUT)
+        robot = self.robot.end(END_TIMEOUT)
         for who, side in (("robot", robot), ("walker", walker)):
             if side.code == 2:
                 raise ConfigurationError(side.error)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _Same = list[tuple[int, Walk]]
 """Walks with their places that one run answers: they differ in name alone."""
-LOOK: Final = 1000
+LOOKUP_BATCH: Final = 1000
 """Walks that are looked up on disk at a time."""
 
 Argument = TypeVar("Argument")
@@ -138,7 +138,7 @@ class Campaign:
     ) -> Iterator[Job]:
         """A job for each walk that is not on disk; results on disk are added to `known`."""
         job, numbered = 0, enumerate(walks)
-        while block := list(islice(numbered, LOOK)):
+        while block := list(islice(numbered, LOOKUP_BATCH)):
             waiting: dict[str, _Same] = {}
             for place, task in block:
                 waiting.setdefault(key(task), []).append((place, task))

@@ -19,11 +19,11 @@ from bridge.messages import Info, SensorFrame, TruthFrame, decode
 from bridge.recording.canonical import TOPICS, Recordable
 from bridge.recording.recorder import Recorder
 
-_QUEUE: Final = 8192
+_QUEUE_SIZE: Final = 8192
 """Messages that may wait for the disk: some twenty seconds of a robot's."""
-_QUERY: Final = 1.0
+_QUERY_TIMEOUT: Final = 1.0
 """s"""
-_TIMEOUT: Final = 0.05
+_RETRY_INTERVAL: Final = 0.05
 """s between two looks for a robot that is not there."""
 _KINDS: Final = {topic: kind for kind, topic in TOPICS.items()}
 
@@ -46,7 +46,7 @@ class Capture:
         self._robot = keys.check_name("Robot id", robot)
         self._endpoint = check_endpoint(connect)
         self._session: zenoh.Session | None = None
-        self._queue: Mailbox[tuple[str, bytes]] = Mailbox(_QUEUE)
+        self._queue: Mailbox[tuple[str, bytes]] = Mailbox(_QUEUE_SIZE)
         self._newest: dict[str, int] = {}
         self.counts = dict.fromkeys(_KINDS, 0)
         """Messages recorded on each topic."""
@@ -62,7 +62,7 @@ class Capture:
             info = self._ask()
             if info is not None:
                 return info
-            time.sleep(_TIMEOUT)
+            time.sleep(_RETRY_INTERVAL)
         return None
 
     def _ask(self) -> Info | None:
@@ -70,16 +70,16 @@ class Capture:
             self._session = try_client(self._endpoint)
         if self._session is None:
             return None
-        for reply in self._session.get(keys.key(self._robot, keys.INFO), timeout=_QUERY):
+        for reply in self._session.get(keys.key(self._robot, keys.INFO), timeout=_QUERY_TIMEOUT):
             if reply.ok is not None:
                 self._subscribers = [
-                    subscribe(self._session, keys.key(self._robot, topic), partial(self._keep, topic))
+                    subscribe(self._session, keys.key(self._robot, topic), partial(self._enqueue, topic))
                     for topic in _KINDS
                 ]
                 return decode(reply.ok.payload.to_bytes(), Info)
         return None
 
-    def _keep(self, topic: str, payload: bytes) -> None:
+    def _enqueue(self, topic: str, payload: bytes) -> None:
         self._queue.put((topic, payload))
 
     def record(self, recorder: Recorder, timeout: float) -> None:

@@ -15,7 +15,7 @@ from bridge.types import Vec3
 from emulator.world.events import EventExecutor, WorldEvent
 from walker.controller import Controller
 
-_EARLY: Final = 1e-9
+_TIME_TOLERANCE: Final = 1e-9
 """s; an event is not put off by rounding."""
 
 
@@ -95,17 +95,17 @@ class WalkEvents:
 
     def happen(self, time: float, controller: Controller) -> None:
         """All that is due at a time of the walk, s."""
-        while self._world_events and time >= self._world_events[0][0] - _EARLY:
+        while self._world_events and time >= self._world_events[0][0] - _TIME_TOLERANCE:
             self._executor.execute(self._world_events.pop(0)[1])
-        while self._velocities and time >= self._velocities[0][0] - _EARLY:
+        while self._velocities and time >= self._velocities[0][0] - _TIME_TOLERANCE:
             controller.steer(self._velocities.pop(0)[1])
         while self._pushes and self._due(self._pushes[0], time):
             self._executor.execute(self._pushes.pop(0).command())
 
     def _due(self, push: StridePush, time: float) -> bool:
         if push.phase is None:
-            return time >= push.time - _EARLY
+            return time >= push.time - _TIME_TOLERANCE
         if self._stride is None:
             return False
         began, length = self._stride
-        return began >= push.time - _EARLY and time >= began + push.phase * length - _EARLY
+        return began >= push.time - _TIME_TOLERANCE and time >= began + push.phase * length - _TIME_TOLERANCE

@@ -17,7 +17,7 @@ from nao_hil.runs.config import RunConfig
 
 STEP_UP: Final = 0.03
 """m; a box higher than this is an obstacle, no ground."""
-_TOUCHES: Final = 1e-3
+_TOUCH_GAP: Final = 1e-3
 """m; a gap below a box that is none."""
 
 
@@ -89,7 +89,7 @@ def _patch(box: PlacedBox, at: tuple[float, float], below: KnownGround) -> Patch
         for a, b in ((0.0, 0.0), *((a, b) for a in (-0.499, 0.499) for b in (-0.499, 0.499)))
     )
     bottom = lies_on if box.height is None else box.height
-    if bottom > lies_on + _TOUCHES:
+    if bottom > lies_on + _TOUCH_GAP:
         raise ConfigurationError(
             f"gait huang: the box `{box.name}` hangs {1e3 * (bottom - lies_on):.0f} mm above the ground; "
             "ground can be planned for, ceilings cannot."

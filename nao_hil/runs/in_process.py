@@ -66,16 +66,16 @@ def run(
             observer.telemetry(controller.telemetry)
             if command is not None:
                 observer.command(command)
-        _tell(guard.take_notices(), observers)
+        _publish(guard.take_notices(), observers)
         robot.advance(command)
         for observer in observers:
             observer.sensors(robot.frame, robot.truth())
-        _tell(robot.take_notices(), observers)
+        _publish(robot.take_notices(), observers)
         if controller.done or ended():
             return
 
 
-def _tell(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
+def _publish(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
     for notice in notices:
         for observer in observers:
             observer.notice(notice)

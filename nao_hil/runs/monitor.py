@@ -15,7 +15,7 @@ from bridge.messages import Notice, SensorFrame, TruthFrame, WalkTelemetry, deco
 from bridge.messages.codec import M
 from bridge.messages.guard import GuardStatus
 
-_NOTICES: Final = 1000
+_MAX_NOTICES: Final = 1000
 """Notices kept until the next read; of a flood of more the oldest are dropped."""
 
 MAX_TELEMETRY_AGE: Final = 10
@@ -33,7 +33,7 @@ class Monitor:
     def __init__(self, robot: str, connect: str) -> None:
         self._robot, self._endpoint = robot, connect
         self._newest: dict[str, bytes] = {}
-        self._notices: deque[bytes] = deque(maxlen=_NOTICES)
+        self._notices: deque[bytes] = deque(maxlen=_MAX_NOTICES)
         self._session: zenoh.Session | None = None
 
     def connect(self) -> bool:
@@ -42,14 +42,14 @@ class Monitor:
             self._session = try_client(self._endpoint)
             if self._session is not None:
                 self._subscribers = [
-                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
+                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._enqueue, suffix))
                     for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.GUARD)
                 ]
                 notices = keys.key(self._robot, keys.NOTICES)
                 self._subscribers.append(subscribe(self._session, notices, self._notices.append))
         return self._session is not None
 
-    def _keep(self, suffix: str, payload: bytes) -> None:
+    def _enqueue(self, suffix: str, payload: bytes) -> None:
         self._newest[suffix] = payload
 
     def _get(self, suffix: str, kind: type[M]) -> M | None:

@@ -14,9 +14,9 @@ from bridge.rotations import planar_local, tilt
 from bridge.rotations import yaw as yaw_of
 from bridge.stance import FALLEN_TILT
 from bridge.types import Vec3
-from nao_hil.runs.walk_figures import FallWatch, HeadingMotion, SeenWalk
+from nao_hil.runs.walk_figures import FallWatch, HeadingMotion, StepCounter
 
-CORNER: Final = 0.5
+CORNER_PERIOD: Final = 0.5
 """Robot time from one corner of the path to the next, s: two steps of `omni`."""
 
 
@@ -117,7 +117,7 @@ class RunStatistics(Observer):
         self._seed, self._engine = seed, engine
         self._resets = self._falls = self._recoveries = 0
         self._watch = FallWatch()
-        self._lay = False
+        self._was_lying = False
         """It lay and has not got up."""
         self._tilt = 0.0
         self._before = _Sums()
@@ -146,7 +146,7 @@ class RunStatistics(Observer):
         self._walked = 0.0
         self._walk: tuple[float, float] | None = None
         self._motion = HeadingMotion()
-        self._seen = SeenWalk()
+        self._step_counter = StepCounter()
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """Take in one boundary of the DCM cycle."""
@@ -163,18 +163,18 @@ class RunStatistics(Observer):
             self._way_end = truth
             self._motion.add(truth)
             self._corner = self._corner or truth
-            if truth.time >= self._corner.time + CORNER:
+            if truth.time >= self._corner.time + CORNER_PERIOD:
                 self._way += _between(self._corner, truth)
                 self._corner = truth
         self._fell = self._fell or falls
         if not self._has_telemetry:
-            self._look(truth)
+            self._count_steps(truth)
         self._tilt = float(tilt(truth.torso_orientation))
         self._torso_max = max(self._torso_max, self._tilt)
 
-    def _look(self, truth: TruthFrame) -> None:
+    def _count_steps(self, truth: TruthFrame) -> None:
         """Update a walk without telemetry by the ground truth."""
-        event = self._seen.update(truth)
+        event = self._step_counter.update(truth)
         if event == "lifted":
             self._walk = truth.time, truth.time
             self._motion.begin(truth.time)
@@ -220,9 +220,9 @@ class RunStatistics(Observer):
             return  # from before the robot's restart
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
-        self._recoveries += gets_up and self._lay
+        self._recoveries += gets_up and self._was_lying
         lies = message.state in ("fallen", "motion") and self._tilt > FALLEN_TILT
-        self._lay = lies or (self._lay and not gets_up)
+        self._was_lying = lies or (self._was_lying and not gets_up)
         self._watch.telemetry(message)
         if message.step < self._step:  # another walk
             self._steps_before += self._step

@@ -26,9 +26,9 @@ from nao_hil.runs.in_process import run
 from nao_hil.runs.track import Track, TrackRecorder
 from walker.controller import Controller
 
-AFTER_FALL: Final = 0.3
+TIME_AFTER_FALL: Final = 0.3
 """s that a run continues after a fall, so that figures show it."""
-LONGEST_START: Final = 30.0
+MAX_START_TIME: Final = 30.0
 """s within which the walk must have begun."""
 
 Ending = Literal["walked", "fell", "gave up"]
@@ -126,7 +126,7 @@ def walk(task: Walk) -> WalkOutcome:
     with build_robot(config, task.scenario, loaded, task.wear) as robot:
         controller = make(body, body.cycle)
         observer = _WalkObserver(task, robot, controller)
-        most = round((LONGEST_START + task.duration) / body.cycle)
+        most = round((MAX_START_TIME + task.duration) / body.cycle)
         run(robot, Guard(body), controller, [observer], most, ended=observer.ended)
         last = robot.frame.time
     end = observer.end()
@@ -188,7 +188,7 @@ class _WalkObserver(Observer):
     def ended(self) -> bool:
         """Walked to the end, or fallen a little while ago."""
         if self._fallen is not None:
-            return self._truth.time >= self._fallen[1].time + AFTER_FALL - 1e-9
+            return self._truth.time >= self._fallen[1].time + TIME_AFTER_FALL - 1e-9
         return self._time >= self._task.duration - 1e-9
 
     def end(self) -> WalkEnd:

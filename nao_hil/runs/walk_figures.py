@@ -9,16 +9,16 @@ from bridge import rotations
 from bridge.messages import Notice, TruthFrame, WalkTelemetry
 from bridge.types import Vec3
 
-LOADED: Final = 5.0
+MIN_SUPPORT_FORCE: Final = 5.0
 """N on a supporting foot."""
-SWINGING: Final = 1.0
+MAX_SWING_FORCE: Final = 1.0
 """N up to which a foot is in the air."""
-SWING_TIME: Final = 0.05
+MIN_SWING_TIME: Final = 0.05
 """s that a foot must be in the air for a step: shorter ones are a sole that rocks."""
-PAUSE: Final = 1.0
+WALK_END_TIME: Final = 1.0
 """s without a foot in the air after which a walk is over."""
 Event = Literal["", "lifted", "step", "over"]
-_ORDERED: Final = ("motion", "rest")
+_DOWN_STATES: Final = ("motion", "rest")
 """States of the walker in which the robot is down, or moves there, by order."""
 _GUARD_CODES: Final = ("guard-sit", "guard-active", "guard-approach", "guard-idle")
 
@@ -53,12 +53,12 @@ class FallWatch:
         Args:
             down: it is not on its feet.
         """
-        falls = down and self._up and self.state not in _ORDERED and not self._seated
+        falls = down and self._up and self.state not in _DOWN_STATES and not self._seated
         self._up = not down
         return falls
 
 
-SETTLING: Final = 2.0
+SETTLING_TIME: Final = 2.0
 """s of a walk that are left out: it begins at rest."""
 
 
@@ -77,7 +77,7 @@ class HeadingMotion:
 
     def begin(self, time: float) -> None:
         """A walk begins at a time of the robot, s."""
-        self._from = time + SETTLING
+        self._from = time + SETTLING_TIME
         self._x = self._y = self._turn = self._time = 0.0
         self._marked = None
 
@@ -117,7 +117,7 @@ class HeadingMotion:
         return self._x / self._time, self._y / self._time, self._turn / self._time
 
 
-class SeenWalk:
+class StepCounter:
     """Counts steps: a foot leaves the ground while the other one supports, and lands."""
 
     def __init__(self) -> None:
@@ -136,17 +136,17 @@ class SeenWalk:
             return self._end()
         for foot, other in (("left", "right"), ("right", "left")):
             here, there = getattr(truth, foot).force[2], getattr(truth, other).force[2]
-            if here < SWINGING and there > LOADED:
+            if here < MAX_SWING_FORCE and there > MIN_SUPPORT_FORCE:
                 self._lifted.setdefault(foot, truth.time)
-                if self._last is None and truth.time - self._lifted[foot] >= SWING_TIME:
+                if self._last is None and truth.time - self._lifted[foot] >= MIN_SWING_TIME:
                     self._last = truth.time
                     return "lifted"
-            elif here > LOADED and truth.time - self._lifted.pop(foot, truth.time) >= SWING_TIME:
+            elif here > MIN_SUPPORT_FORCE and truth.time - self._lifted.pop(foot, truth.time) >= MIN_SWING_TIME:
                 self._last = truth.time
                 return "step"
-            elif there < SWINGING:
+            elif there < MAX_SWING_FORCE:
                 self._lifted.pop(foot, None)  # the robot was lifted off the ground
-        if self._last is not None and not self._lifted and truth.time - self._last > PAUSE:
+        if self._last is not None and not self._lifted and truth.time - self._last > WALK_END_TIME:
             return self._end()
         return ""
 

@@ -51,9 +51,9 @@ from nao_hil.view.state import describe
 from walker.estimation.odometry import GroundPlane
 from walker.gaits.catalogue import GAITS, gait_parameters
 
-RATE: Final = 40.0
+POLL_RATE: Final = 40.0
 """Looks for new messages per second."""
-WATCH_EVERY: Final = 0.15
+WATCH_INTERVAL: Final = 0.15
 """s between two questions for the walker's status and the world."""
 NOTICE_CYCLES: Final = 500
 """Cycles of a new walker after which the end of the one before is no news."""
@@ -61,7 +61,7 @@ MAX_ROWS: Final = 10_000
 """Rows that are kept: five minutes."""
 MAX_EVENTS: Final = 200
 """Symptoms and footprints that are kept."""
-ENDING: Final = 1.0
+END_TIMEOUT: Final = 1.0
 """s that the last question may take when the page ends."""
 FAULTS: Final[dict[str, tuple[str, str]]] = {
     "joint-weak": ("joint", "fraction"),
@@ -181,7 +181,7 @@ class Follower:
         self._run: LiveRun | None = None
         self._orders: Orders | None = None
         self._hand: Hand | None = None
-        self._heard = time.monotonic()
+        self._last_frame_at = time.monotonic()
         self._guard: GuardStatus | None = None
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
@@ -200,19 +200,19 @@ class Follower:
         try:
             while not self._stop.is_set():
                 for message in self._subscriber.take():
-                    self._take(message, builder)
+                    self._process(message, builder)
                 self._publish_state()
-                due = max(due + 1.0 / RATE, time.monotonic())
+                due = max(due + 1.0 / POLL_RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
         finally:
             self._end()
 
-    def _take(self, message: Published, builder: MomentBuilder) -> None:
+    def _process(self, message: Published, builder: MomentBuilder) -> None:
         if isinstance(message, GuardStatus):
             self._guard = message
             return
         if isinstance(message, SensorFrame):
-            self._heard = time.monotonic()
+            self._last_frame_at = time.monotonic()
             if not self._known(message):
                 return
         if isinstance(message, Notice) and message.code == CAPTION:
@@ -225,7 +225,7 @@ class Follower:
 
     def _publish_state(self) -> None:
         """Send the state where it has changed."""
-        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._heard
+        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._last_frame_at
         state = describe(newest, self._guard, self._walk, self._world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
         state["notice"] = self._notice(newest)
@@ -246,7 +246,7 @@ class Follower:
             with contextlib.suppress(NaoHilError):
                 self._orders.end()
         if self._watcher is not None:
-            self._watcher.join(ENDING)
+            self._watcher.join(END_TIMEOUT)
         self._commands.close()
 
     def _known(self, frame: SensorFrame) -> bool:
@@ -271,7 +271,7 @@ class Follower:
         self._run = LiveRun(info, f"robot {self._robot}", self._world)
         if self._orders is None or self._orders.body.name != info.body:
             body = load_body(info.body)
-            self._hand = Hand(body, self._robot, self._endpoint, self._say) if emulated else None
+            self._hand = Hand(body, self._robot, self._endpoint, self._notify) if emulated else None
             supervised = SUPERVISED in os.environ and self._folder is not None
             self._orders = Orders(self._commands, self._driving, self._hand, body, supervised)
         self._server.feed(self._packed, self._orders.carry_out, self._file)
@@ -297,12 +297,12 @@ class Follower:
             buttons=list(ELEMENTS["touch"]),
         )
 
-    def _say(self, sentence: str) -> None:
+    def _notify(self, sentence: str) -> None:
         self._server.publish({"answer": sentence, "done": True})
 
     def _watch(self) -> None:
         """Ask walker and world, apart from the drawing."""
-        while not self._stop.wait(WATCH_EVERY):
+        while not self._stop.wait(WATCH_INTERVAL):
             self._driving.sign()
             run = self._run
             if run is None:

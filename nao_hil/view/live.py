@@ -36,7 +36,7 @@ MAX_MESSAGES: Final = 2000
 """Messages that wait for the page; older ones are lost to it."""
 MAX_FRAMES: Final = 400
 """Messages, of a second, that a page processes; one that is further behind skips the frames before."""
-TIMEOUT: Final = 2.0
+ANSWER_TIMEOUT: Final = 2.0
 """s to wait for a robot's answer."""
 
 
@@ -65,7 +65,7 @@ class Subscriber:
             if self._session is None:
                 return
             self._subscribers = [
-                subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
+                subscribe(self._session, keys.key(self._robot, suffix), partial(self._enqueue, suffix))
                 for suffix in KINDS
             ]
         waiting = self._mailbox.drain()
@@ -75,7 +75,7 @@ class Subscriber:
                 with contextlib.suppress(FrameError):  # a stranger on the key
                     yield decode(payload, KINDS[suffix])
 
-    def _keep(self, suffix: str, payload: bytes) -> None:
+    def _enqueue(self, suffix: str, payload: bytes) -> None:
         self._mailbox.put((suffix, payload))
 
     def close(self) -> None:
@@ -112,7 +112,7 @@ class Commands:
             return client
 
     def _guard(self) -> GuardClient:
-        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, TIMEOUT))
+        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, ANSWER_TIMEOUT))
 
     def info(self) -> Info | None:
         """The robot's `Info`; None without an answer."""
@@ -141,7 +141,7 @@ class Commands:
 
     def walker(self) -> WalkClient:
         """The client of the walker. Raises RobotSilent without an answer."""
-        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, TIMEOUT))
+        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, ANSWER_TIMEOUT))
 
     def guard(self) -> GuardStatus:
         """Status of the guard. Raises LinkError without an answer."""

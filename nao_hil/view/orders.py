@@ -21,13 +21,13 @@ from nao_hil.connection import connect
 from nao_hil.drive.session import Session, Walker
 from nao_hil.view.live import Commands
 
-SPEED: Final = 1.0
+JOINT_RATE: Final = 1.0
 """At which a joint moves to where its slider is, rad/s."""
-WAIT: Final = 3.0
+CONNECT_TIMEOUT: Final = 3.0
 """s for a robot to answer."""
 RESTART: Final = "restart"
 """Key of the line on stdout by which the page asks the command that started it for another run."""
-LARGEST: Final = 65_536
+MAX_ORDER_SIZE: Final = 65_536
 """Of an order, bytes."""
 
 
@@ -54,20 +54,20 @@ class Driving:
             LinkError: no walker takes commands.
             WalkRefused: the walker has no robot.
         """
-        return self._do(lambda session: session.take([key]))
+        return self._execute(lambda session: session.take([key]))
 
     def steer(self, velocity: Vec3) -> str:
         """Walk at a velocity, forward and to the left, m/s, and turn, rad/s; returns and raises as `press`."""
-        return self._do(lambda session: session.steer(velocity))
+        return self._execute(lambda session: session.steer(velocity))
 
-    def _do(self, act: Callable[[Session], None]) -> str:
+    def _execute(self, act: Callable[[Session], None]) -> str:
         with self._lock:
             if self._session is None:
                 self._session = Session(self._walker())
             act(self._session)
             return self._session.reply
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Stop the keepalive of the former target: the walker has another order."""
         with self._lock:
             self._session = None
@@ -108,7 +108,7 @@ class Hand:
         return self._held.is_set()
 
     def move(self, angles: Mapping[str, float]) -> str:
-        """Want these angles, rad; the joints approach them at `SPEED`.
+        """Want these angles, rad; the joints approach them at `JOINT_RATE`.
 
         Raises:
             FrameError: no such joint, or the page does not hold the robot.
@@ -129,7 +129,7 @@ class Hand:
             threading.Thread(target=self._hold, args=(self._end,), name="hand", daemon=True).start()
         return "The page asks for the robot."
 
-    def let_go(self) -> str:
+    def release(self) -> str:
         """Give the robot back."""
         if self._end is not None:
             self._end.set()
@@ -137,12 +137,12 @@ class Hand:
 
     def _hold(self, end: threading.Event) -> None:
         try:
-            with connect(self._endpoint, robot=self._robot, name="page", timeout=WAIT) as robot:
+            with connect(self._endpoint, robot=self._robot, name="page", timeout=CONNECT_TIMEOUT) as robot:
                 target = np.array(robot.frame.position)
                 self._wanted[:] = target
                 self._held.set()
                 self._say("The page holds the robot; its joints go where the sliders are.")
-                step = SPEED * self._body.cycle
+                step = JOINT_RATE * self._body.cycle
                 while not end.is_set():
                     target += np.clip(self._wanted - target, -step, step)
                     robot.step(target)
@@ -249,18 +249,18 @@ class Orders:
         """
         try:
             order = _DECODER.decode(text)
-            return self._do(order), True
+            return self._execute(order), True
         except msgspec.MsgspecError as error:
             return f"This is no order of the page: {error}.", False
         except NaoHilError as error:
             return str(error), False
 
-    def _do(self, order: Order) -> str:
+    def _execute(self, order: Order) -> str:
         if isinstance(order, Key | Steer):
             return self._drive(order)
         resets = isinstance(order, World) and isinstance(order.command, Reset)
         if resets or isinstance(order, Walk | Stop | Arm):
-            self._driving.let_go()
+            self._driving.release()
         if isinstance(order, World):
             return self._world(order.command)
         if isinstance(order, Walk):
@@ -290,7 +290,7 @@ class Orders:
             raise FrameError("The joints of a real robot are not moved from the page.")
         if isinstance(order, Joints):
             return self._hand.move(order.angles)
-        return self._hand.take() if order.on else self._hand.let_go()
+        return self._hand.take() if order.on else self._hand.release()
 
     def _restart(self, settings: dict[str, str]) -> str:
         if not self.supervised:
@@ -302,7 +302,7 @@ class Orders:
         """Leave the world running and the robot free."""
         self._slow.end()
         if self._hand is not None:
-            self._hand.let_go()
+            self._hand.release()
 
 
 class SlowMotion:

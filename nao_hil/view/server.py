@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from nao_hil.view.access import Access, Answer, Asked
-from nao_hil.view.orders import LARGEST
+from nao_hil.view.orders import MAX_ORDER_SIZE
 
 HEADERS: Final = (
     ("Cache-Control", "no-store"),
@@ -28,9 +28,9 @@ HEADERS: Final = (
 POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
 """Content-Security-Policy of everything but the page, which has its own."""
 HTML: Final = (("Content-Type", "text/html; charset=utf-8"),)
-BACKLOG: Final = 300
+MAX_BACKLOG: Final = 300
 """Messages waiting for a browser; one that is further behind gets the run from its start again."""
-URGENT: Final = b'{"do":"stop"'
+URGENT_PREFIX: Final = b'{"do":"stop"'
 """Beginning of an emergency stop: it waits for no order before it."""
 
 Whole = Callable[[], "bytes | None"]
@@ -57,7 +57,7 @@ class Browser:
 
     def put(self, message: bytes | str) -> None:
         """Send a message after those before it."""
-        if self._queue.qsize() > BACKLOG:
+        if self._queue.qsize() > MAX_BACKLOG:
             self._begin()
         else:
             self._queue.put(message)
@@ -118,7 +118,7 @@ class PageServer:
                 ssl=tls,
                 process_request=door(access, self._file),
                 compression=None,
-                max_size=LARGEST,
+                max_size=MAX_ORDER_SIZE,
                 logger=silent,
             )
         except (OSError, OverflowError) as error:
@@ -173,7 +173,7 @@ class PageServer:
             self._browsers.add(browser)
         try:
             for text in connection:
-                urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT)
+                urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT_PREFIX)
                 self._workers[urgent].submit(self._answer, browser, text)
         finally:
             with self._lock:

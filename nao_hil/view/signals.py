@@ -49,9 +49,9 @@ BALANCE: Final = {
 """Signals of the whole robot and their units."""
 SIGNALS: Final = BALANCE | {f"{q} {joint}": unit for joint in JOINTS for q, unit in QUANTITIES.items()}
 """Signal -> unit."""
-PAUSE: Final = 500.0
+MIN_PAUSE: Final = 500.0
 """A longer time from one frame to the next is a pause of the world, ms."""
-WINDOW: Final = 10.0
+LATENESS_WINDOW: Final = 10.0
 """Robot time over which the earliest frame counts as punctual, s."""
 
 
@@ -173,14 +173,14 @@ class Lateness:
         if not wall:
             return math.nan
         behind = 1e-6 * wall - 1e3 * time
-        if abs(behind - self._last) > PAUSE:
+        if abs(behind - self._last) > MIN_PAUSE:
             self._paused += behind - self._last
         self._last = behind
         now = behind - self._paused
         while self._recent and (self._recent[-1][1] >= now or self._recent[-1][0] > time):
             self._recent.pop()
         self._recent.append((time, now))
-        while self._recent[0][0] < time - WINDOW:
+        while self._recent[0][0] < time - LATENESS_WINDOW:
             self._recent.popleft()
         return now - self._recent[0][1]
 

@@ -22,7 +22,7 @@ from walker.estimation.odometry import on_ground
 from walker.gaits.plan import Foothold
 
 Kind = Literal["planned", "made"]
-NEAR: Final = 0.004
+SAME_OUTLINE_DISTANCE: Final = 0.004
 """An outline this close to the last one of its kind is the same, m."""
 
 
@@ -63,7 +63,7 @@ class Footprints:
             return []
         corners = (self._kinematics.soles[side] @ on_ground(at).T)[:, :2]
         last = self._last.get(kind)
-        if last is not None and np.abs(last[0] - corners[0]).max() < NEAR:
+        if last is not None and np.abs(last[0] - corners[0]).max() < SAME_OUTLINE_DISTANCE:
             return []
         self._last[kind] = corners
         return [Footprint(kind, corners)]

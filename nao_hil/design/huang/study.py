@@ -20,7 +20,7 @@ from walker.gaits.catalogue import check_walkable
 from walker.gaits.huang import HuangGait, HuangParameters
 from walker.gaits.pose import ARMS
 
-COARSE: Final = 12
+COARSE_GRID: Final = 12
 """Points of a trial's grid along each dimension; the refinement is between them."""
 
 
@@ -66,7 +66,7 @@ def improve(
         """Of one trial; a gait that cannot be walked is pruned."""
         tried = _tried(p, {name: trial.suggest_float(name, *_range(p, name)) for name in _vector(p)})
         try:
-            found = search(Cycle(tried, body, ARMS), COARSE)
+            found = search(Cycle(tried, body, ARMS), COARSE_GRID)
             check_walkable(body, HuangGait(msgspec.structs.replace(tried, **found.choice._asdict()), body))
         except ConfigurationError as error:
             trial.set_user_attr("refused", str(error))

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, Protocol
 from bridge.errors import NaoHilError
 from nao_hil.runs.fingerprint import PROCESSES, library_versions, source_hash
 
-POLL: Final = 0.2
+POLL_INTERVAL: Final = 0.2
 """s between looks at whether to stop."""
 
 

@@ -24,11 +24,19 @@ from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from bridge.errors import ConfigurationError, LinkError
-from nao_hil.runs.executors.base import POLL, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
+from nao_hil.runs.executors.base import (
+    POLL_INTERVAL,
+    Finished,
+    Job,
+    RunFailed,
+    Versions,
+    WorkerRefused,
+    carry_out,
+)
 
-ANSWER: Final = 5.0
+ANSWER_TIMEOUT: Final = 5.0
 """s that a scheduler may take to answer."""
-_QUIET: Final = 60
+_SILENT_LEVEL: Final = 60
 """Above every level of logging."""
 _NO_INTERRUPT: Final = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
 """A Ctrl-C in the terminal reaches every process of it; the command alone decides."""
@@ -73,7 +81,7 @@ def _silence() -> None:
     """Faults are raised; dask's own log would interrupt the progress display."""
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
-            logging.getLogger(name).setLevel(_QUIET)
+            logging.getLogger(name).setLevel(_SILENT_LEVEL)
 
 
 class LocalProcesses:
@@ -98,7 +106,7 @@ class LocalProcesses:
                 threads_per_worker=1,
                 memory_limit=0,
                 dashboard_address="127.0.0.1:0",
-                silence_logs=_QUIET,
+                silence_logs=_SILENT_LEVEL,
                 preload=[_NO_INTERRUPT],
             )
         return Client(self._cluster, set_as_default=False)
@@ -131,17 +139,17 @@ class Scheduler:
         """A client."""
         _silence()
         security = Security(require_encryption=True) if self.address.startswith("tls") else None
-        return Client(self.address, timeout=ANSWER, security=security, set_as_default=False)
+        return Client(self.address, timeout=ANSWER_TIMEOUT, security=security, set_as_default=False)
 
     def close(self) -> None:
         """Close nothing: the cluster was not started here."""
 
 
-SPARE: Final = 16
+SPARE_JOBS: Final = 16
 """Jobs under way beyond two for each worker, when new ones are submitted."""
-FEW: Final = 4
+FEW_SPARE_JOBS: Final = 4
 """Jobs under way beyond one for each worker, when new ones are submitted: none waits for this process."""
-RECONNECT: Final = 300.0
+MAX_LOST_TIME: Final = 300.0
 """s for which a lost scheduler is looked for, and a worker awaited."""
 COUNT_INTERVAL: Final = 5.0
 """s between looks at how many workers there are."""
@@ -155,8 +163,8 @@ class _Lost(Exception):
 class DaskExecutor:
     """A dask cluster.
 
-    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A lost scheduler is
-    searched for, and gets all unfinished jobs again. A scheduler without workers for as long ends the run.
+    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A lost scheduler
+    is searched for, and gets all unfinished jobs again. Without workers for as long the run ends.
 
     Args:
         connection: To the scheduler.
@@ -184,8 +192,8 @@ class DaskExecutor:
             while not self._stop.is_set():
                 try:
                     self._count()
-                    few = len(flight.jobs) <= self._threads + FEW
-                    missing = 2 * self._threads + SPARE - len(flight.jobs) if few else 0
+                    few = len(flight.jobs) <= self._threads + FEW_SPARE_JOBS
+                    missing = 2 * self._threads + SPARE_JOBS - len(flight.jobs) if few else 0
                     flight.submit(dict(islice(waiting, missing)))
                     if not flight.jobs:
                         return
@@ -220,20 +228,20 @@ class DaskExecutor:
         elif self._alone is None:
             self._alone = now
             self._say(
-                f"{self._connection.address} has no worker; one is waited for, {RECONNECT:.0f} s at most."
+                f"{self._connection.address} has no worker; one is waited for, {MAX_LOST_TIME:.0f} s at most."
             )
-        elif now - self._alone > RECONNECT:
+        elif now - self._alone > MAX_LOST_TIME:
             raise LinkError(
-                f"the scheduler at {self._connection.address} has had no worker for {RECONNECT:.0f} s; "
-                "what was done is kept, the same command goes on."
+                f"the scheduler at {self._connection.address} has had no worker for {MAX_LOST_TIME:.0f} s; "
+                "finished runs are kept; repeat the command."
             )
 
     def _reach(self, first: bool = False) -> Any:
         """A client; None: stopped meanwhile."""
-        until = time.monotonic() + (0.0 if first else RECONNECT)
+        until = time.monotonic() + (0.0 if first else MAX_LOST_TIME)
         if not first:
             address = self._connection.address
-            self._say(f"The scheduler at {address} is gone; it is looked for, {RECONNECT:.0f} s at most.")
+            self._say(f"The scheduler at {address} is gone; it is looked for, {MAX_LOST_TIME:.0f} s at most.")
         while not self._stop.is_set():
             try:
                 return self._connection.open()
@@ -246,7 +254,7 @@ class DaskExecutor:
                         + (
                             "; start one with `dask scheduler`."
                             if first
-                            else f" for {RECONNECT:.0f} s; what was done is kept, the same command goes on."
+                            else f" for {MAX_LOST_TIME:.0f} s; finished runs are kept; repeat the command."
                         )
                     ) from None
             self._stop.wait(1.0)
@@ -326,7 +334,7 @@ class _Flight:
             _Lost: the scheduler is lost.
         """
         found = [] if self._fetch else self._begin_to_fetch()
-        if self._fetch and concurrent.futures.wait([self._fetch], POLL).done:
+        if self._fetch and concurrent.futures.wait([self._fetch], POLL_INTERVAL).done:
             try:
                 fetched = self._fetch.result()
             except _LOST:
@@ -350,7 +358,7 @@ class _Flight:
         """
         batch = []
         try:
-            batch.append(self._done.get(timeout=POLL))
+            batch.append(self._done.get(timeout=POLL_INTERVAL))
             while True:
                 batch.append(self._done.get_nowait())
         except queue.Empty:

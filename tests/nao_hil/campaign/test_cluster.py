@@ -147,7 +147,7 @@ def test_a_result_that_dies_with_the_last_worker_ends_the_run_in_one_sentence(
         for worker in cluster.workers:
             worker.kill()
             worker.wait()
-        monkeypatch.setattr(executors_dask, "RECONNECT", 0.2)
+        monkeypatch.setattr(executors_dask, "MAX_LOST_TIME", 0.2)
         monkeypatch.setattr(executors_dask, "COUNT_INTERVAL", 0.1)
         return gather(*arguments, **more)
 
