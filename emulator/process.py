@@ -25,7 +25,7 @@ from emulator.robot import EmulatedRobot
 from emulator.timing import BoundaryQueue, CycleTimer
 
 RESEND_INTERVAL = 0.2
-"""s; how often a robot in lockstep repeats the frame it waits on."""
+"""s; interval at which a robot in lockstep repeats an unanswered frame."""
 LONG_PAUSE = 0.5
 """s; a pause of the process of this length is reported."""
 POLL_INTERVAL = 0.005

@@ -1,6 +1,6 @@
 """Shell of a NAO: closed smooth surfaces, lofted from the data sheet's dimensions.
 
-An own design, for looks only: the parts that may touch the world have the shapes of `emulator.engine.shapes`.
+An own design, for pictures only: contacts use the shapes of `emulator.engine.shapes`.
 Lengths of limbs, places of joints and the sole's outline are the published ones; the cross-sections between
 them are drawn to suit them. Page, cameras and exported models show the same shell.
 """

@@ -134,7 +134,7 @@ class Controller:
 
     @property
     def recoveries(self) -> int:
-        """How often the robot got up from lying."""
+        """Number of times that the robot got up from lying."""
         return self._recovery.count
 
     @property

@@ -25,7 +25,7 @@ from walker.service import WalkService
 logger = logging.getLogger(__name__)
 
 SILENCE_TIMEOUT = 0.5
-"""s without a sensor frame after which the walker looks whether the robot is still there."""
+"""s without a sensor frame after which the walker checks that the robot is there."""
 SEARCH_TIMEOUT = 5.0
 """s without a robot after which a log entry names the missing robot."""
 _STANDBY_INTERVAL = 1.0

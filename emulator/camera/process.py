@@ -55,7 +55,7 @@ class CameraProcess:
         robot: id.
         endpoint: of the robot.
         body: name or path of its data sheet.
-        pipe: to whoever asks for pictures.
+        pipe: to the requester of pictures.
     """
 
     def __init__(self, robot: str, endpoint: str, body: str, pipe: Pipe) -> None:

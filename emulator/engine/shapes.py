@@ -1,4 +1,4 @@
-"""Shapes of a NAO's links, sized by its data sheet, for looks and contacts.
+"""Shapes of a NAO's links, sized by its data sheet, for pictures and contacts.
 
 One convex shape a link: the shell that touches the floor, an object or another limb, see `link_shapes`. None
 of them reaches the ground in a standing, walking or crouching robot. The pairs of limbs in contact are in

@@ -52,7 +52,7 @@ BUMPERS: Final[dict[Side, dict[str, Vec2]]] = {
 }
 """Places of the switches, AnkleRoll frame, x and y, m (vendor's hardware pages and URDFs)."""
 REACH: Final = 0.035
-"""How far from its place a push on the rim presses a bumper, m (assumed: the two shells cover the toes)."""
+"""Distance at which a push on the rim presses a bumper, m (assumed: the two shells cover the toes)."""
 
 
 class Battery:

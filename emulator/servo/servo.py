@@ -307,7 +307,7 @@ class Servo:
         self.apply_power()
 
     def apply_power(self) -> None:
-        """Put stiffness, heat protection, `strength` and `backlash` in force; for whoever has set one."""
+        """Put stiffness, heat protection, `strength` and `backlash` in force, after one is set."""
         set_power(self.drives, self.heat.temperature, self.heat.levels)
 
     def advance(self, steps: int) -> int:

@@ -1,4 +1,4 @@
-"""Wear profiles: how far a robot's drives and sensors are from ideal, each effect a number.
+"""Wear profiles: deviations of a robot's drives and sensors from ideal, each effect a number.
 
 A profile is a TOML file; an effect that it does not name stays ideal. Tables `generation.NAME` change it for
 the bodies whose names begin so.

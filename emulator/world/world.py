@@ -65,7 +65,7 @@ class Thing:
     position: Vec3
     """Of its middle, floor frame, m."""
     yaw: float
-    """Heading to which its front looks, floor frame, rad."""
+    """Heading of its front, floor frame, rad."""
 
 
 class BoxState(NamedTuple):

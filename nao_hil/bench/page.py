@@ -42,7 +42,7 @@ COUNT: Final = """
 
 
 class Viewer(ABC):
-    """Looks at a page in a thread of its own, from its creation to `close`."""
+    """Views a page in a thread of its own, from its creation to `close`."""
 
     def __init__(self) -> None:
         self.port = free_port()
@@ -51,7 +51,7 @@ class Viewer(ABC):
         self._thread = threading.Thread(target=self._view, daemon=True)
 
     def open(self, timeout: float) -> None:
-        """Look at the page, which is served, and wait until it is shown; `timeout` in s. Raises LinkError."""
+        """View the served page and wait until it is shown; `timeout` in s. Raises LinkError."""
         self._thread.start()
         if not self._ready.wait(timeout):
             raise LinkError("the page was not shown.")
@@ -64,7 +64,7 @@ class Viewer(ABC):
 
     @abstractmethod
     def _view(self) -> None:
-        """Look until `_stop`: set `_ready` when the page is shown and, at the end, `_rate`."""
+        """View until `_stop`: set `_ready` when the page is shown and, at the end, `_rate`."""
 
 
 class Receiver(Viewer):
@@ -133,7 +133,7 @@ CASES: Final[dict[str, tuple[type[Viewer] | None, bool]]] = {
     "page, one core busy": (Receiver, True),
     "browser": (Browser, False),
 }
-"""Who looks at the page, and whether another process computes all the time."""
+"""The page's viewer, and whether another process computes all the time."""
 BUSY: Final = (sys.executable, "-c", "while True: pass")
 
 

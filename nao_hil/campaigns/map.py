@@ -40,7 +40,7 @@ class Survey:
     tried: dict[Cell, int] = field(default_factory=dict)
 
     def run(self, attempt: Try) -> None:
-        """Look at cells until the boundary is known to a cell."""
+        """Try cells until the boundary is known to a cell."""
         step = FIRST_SPACING
         while step >= 1:
             lattice = self._lattice(step)
@@ -70,7 +70,7 @@ class Survey:
         return [(i, j) for i in axes[0] for j in axes[1]]
 
     def _mixed(self, lattice: list[Cell], step: int) -> list[Cell]:
-        """Cells of the lattice not looked at whose neighbours disagree."""
+        """Untried cells of the lattice whose neighbours disagree."""
         verdicts = self.verdicts()
         wanted = []
         for i, j in lattice:

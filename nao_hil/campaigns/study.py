@@ -1,4 +1,4 @@
-"""A study: optuna looks for the parameters with the best lower bound; resumable, shared through a database."""
+"""A study: optuna searches the parameters with the best lower bound; resumable, shared through a database."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def improve(
 
 
 def _try_again(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
-    """Have the point of a trial that failed tried by whoever asks next."""
+    """Queue the point of a failed trial again, for any process."""
     study.add_trial(
         optuna.create_trial(
             state=optuna.trial.TrialState.WAITING,

@@ -131,7 +131,7 @@ def both_sides(
                     if sentence := sides.restart_walker(monitor.sensors):
                         console.print(sentence, highlight=False)
                     if page is not None:
-                        page.tell(console)
+                        page.report(console)
                         again = _asked(page, settings)
                     if demo is not None:
                         demo.advance(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")

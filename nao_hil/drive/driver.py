@@ -161,8 +161,8 @@ class Driver:
             return WalkCommand(op="set", **changes)
         return WalkCommand(op="stop")
 
-    def again(self, target: DriveTarget) -> WalkCommand | None:
-        """A sign of life of the driver; None at rest, where none is needed."""
+    def keepalive(self, target: DriveTarget) -> WalkCommand | None:
+        """A keepalive of the driver; None at rest, where none is needed."""
         velocity = self.velocity(target)
         return WalkCommand(op="walk", velocity=velocity, hold=HOLD) if any(velocity) else None
 

@@ -52,7 +52,7 @@ class Session:
         self._last_sent = time.monotonic()
 
     def take(self, keys: list[str], stick: float | None = None) -> None:
-        """Carry out the input, send a sign of life if one is due, and read the robot's state.
+        """Carry out the input, send a keepalive if one is due, and read the robot's state.
 
         Args:
             keys: As in `nao_hil.drive.driver.HELP`.
@@ -69,7 +69,7 @@ class Session:
             self._turn(self.driver.press(self.target, key), key)
         if stick is not None:
             self._turn(self.driver.stick(self.target, stick))
-        again = self.driver.again(self.target)
+        again = self.driver.keepalive(self.target)
         if again is not None and time.monotonic() - self._last_sent > KEEPALIVE_INTERVAL:
             if not self._send(again):  # after a fall, for one: a new order is needed
                 self.target = self.driver.press(self.target, "x")

@@ -142,13 +142,13 @@ _ROUGH_TOLERANCE: Final = 1e-3
 _FINE_TOLERANCE: Final = 1e-4
 """Tolerance of the search on the whole."""
 _MAX_ZERO_ERROR: Final = 0.05
-"""Largest zero error of an encoder that is looked for, rad."""
+"""Largest zero error of an encoder in the search, rad."""
 _MIN_MOTION_TIME: Final = 2.0
 """Time that a group's joints must have moved alone, s."""
 _ROBUST_STEPS: Final = 3.0
 """Residuals beyond this many steps of the encoder count less than squared."""
 _MAX_STRETCH: Final = 4.0
-"""Longest stretch whose residuals are taken for alike, s."""
+"""Longest stretch whose residuals count as alike, s."""
 MODEL_ERROR: Final = {
     "delay": 7e-4,
     "backlash": 2e-4,

@@ -196,7 +196,7 @@ def _interpolated(grid: Array, source: Array, column: Array) -> Array:
 _UNLOADED_SHARE: Final = 0.3
 """Fraction of the weight below which the feet carry nothing."""
 _WATCH_TIME: Final = 1.0
-"""Time at the beginning that is looked at, s."""
+"""Time at the beginning that counts, s."""
 
 
 def hangs(body: Body, signals: Signals) -> bool | None:

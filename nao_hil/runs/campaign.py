@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _Same = list[tuple[int, Walk]]
 """Walks with their places that one run answers: they differ in name alone."""
 LOOKUP_BATCH: Final = 1000
-"""Walks that are looked up on disk at a time."""
+"""Walks looked up on disk at a time."""
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")

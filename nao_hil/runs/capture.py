@@ -24,7 +24,7 @@ _QUEUE_SIZE: Final = 8192
 _QUERY_TIMEOUT: Final = 1.0
 """s"""
 _RETRY_INTERVAL: Final = 0.05
-"""s between two looks for a robot that is not there."""
+"""s between two attempts to find a robot."""
 _KINDS: Final = {topic: kind for kind, topic in TOPICS.items()}
 
 

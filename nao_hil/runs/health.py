@@ -23,7 +23,7 @@ TIMEOUT: Final = 3.0
 
 
 def healthy(environment: Mapping[str, str]) -> bool:
-    """Look once.
+    """Check once.
 
     Args:
         environment: with `ROBOT`, `CONNECT` and `ROLE`; the defaults are those of the commands.

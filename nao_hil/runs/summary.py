@@ -35,9 +35,9 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     stands: bool
     """On its feet at the end, by the ground truth."""
     recoveries: int
-    """How often it got up from lying by itself, by the walker's word."""
+    """Number of times that it got up from lying by itself, by the walker's telemetry."""
     steps: int
-    """Steps completed in all walks, by the walker's word."""
+    """Steps completed in all walks, by the walker's telemetry."""
     distance: float
     """Straight line of the torso over ground from the first frame to the last, or to the fall, m; summed over
     resets."""
@@ -60,7 +60,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Robot time over wall-clock time."""
     cycles: int
     cycles_missed: int
-    """Cycles in which the controller did not answer in time."""
+    """Cycles without an answer of the controller in time."""
     frames_sha256: str
     """Over all sensor and actuator frames in order, wall-clock fields left out."""
     seed: int

@@ -158,7 +158,7 @@ class _WalkObserver(Observer):
         return self._truth.time - self._began if math.isfinite(self._began) else -1.0
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
-        """Look for the fall."""
+        """Check for the fall."""
         self._truth = truth
         self._recorder.sensors(frame, truth)
         if self._fallen is None:
@@ -170,7 +170,7 @@ class _WalkObserver(Observer):
             self._events.happen(self._time, self._controller)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Look for the beginning of the walk."""
+        """Check for the beginning of the walk."""
         self._state = message.state
         self._recorder.telemetry(message)
         if self._start is None and message.state == ("stand" if self._task.stand else "walk"):

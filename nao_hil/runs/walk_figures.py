@@ -28,7 +28,7 @@ class FallWatch:
 
     def __init__(self) -> None:
         self.state = ""
-        """The walker's, by its newest word."""
+        """The walker's, by its newest telemetry."""
         self._seated = False
         """The guard has it sit down, or sitting."""
         self._up = False

@@ -42,7 +42,7 @@ class LivePage(Child):
         settings: dict[str, str] = lines[-1]["restart"]
         return settings
 
-    def tell(self, console: Console) -> None:
+    def report(self, console: Console) -> None:
         """Print the address once it is served, or the one sentence why it is not."""
         if self._reported:
             return

@@ -52,7 +52,7 @@ from walker.estimation.odometry import GroundPlane
 from walker.gaits.catalogue import GAITS, gait_parameters
 
 POLL_RATE: Final = 40.0
-"""Looks for new messages per second."""
+"""Polls for new messages per second."""
 WATCH_INTERVAL: Final = 0.15
 """s between two questions for the walker's status and the world."""
 NOTICE_CYCLES: Final = 500
@@ -234,7 +234,7 @@ class Follower:
             self._server.publish({"state": state})
 
     def _notice(self, newest: Moment | None) -> str:
-        """That the walker ended, until another one has had the robot for `NOTICE_CYCLES`."""
+        """Notice of the walker's end, until another one has held the robot for `NOTICE_CYCLES`."""
         ended, walk = self._walker_ended, newest.walk if newest is not None else None
         if ended is not None and walk is not None and walk.seq > ended.seq + NOTICE_CYCLES:
             self._walker_ended = None
@@ -303,7 +303,7 @@ class Follower:
     def _watch(self) -> None:
         """Ask walker and world, apart from the drawing."""
         while not self._stop.wait(WATCH_INTERVAL):
-            self._driving.sign()
+            self._driving.keep_alive()
             run = self._run
             if run is None:
                 continue

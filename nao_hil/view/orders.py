@@ -32,7 +32,7 @@ MAX_ORDER_SIZE: Final = 65_536
 
 
 class Driving:
-    """The one driver that all who look at the page share.
+    """The one driver of all viewers of the page.
 
     Args:
         walker: Gives the walker to drive; raises LinkError without one.
@@ -72,8 +72,8 @@ class Driving:
         with self._lock:
             self._session = None
 
-    def sign(self) -> None:
-        """Give a sign of life if one is due; call it every second or oftener."""
+    def keep_alive(self) -> None:
+        """Send a keepalive if one is due; call it every second or oftener."""
         with self._lock:
             if self._session is None:
                 return
@@ -225,7 +225,7 @@ class Orders:
 
     Args:
         commands: Clients of the robot.
-        driving: The driver that all who look at the page share.
+        driving: The driver of all viewers of the page.
         hand: Holds the joints; None: they cannot be held.
         body: Of the robot.
         supervised: Whether a command is there that can begin another run.

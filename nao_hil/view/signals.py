@@ -127,7 +127,7 @@ def signal_values(balance: Balance, late: float = math.nan) -> list[float]:
 
     Args:
         balance: The moment.
-        late: How late its cycle is, ms.
+        late: Lateness of its cycle, ms.
     """
     frame, walk, asked = balance.moment.sensors, balance.moment.walk, balance.moment.asked
     values = {
@@ -157,7 +157,7 @@ def _named(signal: str, names: Sequence[str], values: Iterable[float]) -> dict[s
 
 
 class Lateness:
-    """How late each frame is against the most punctual one of the last seconds; a pause is no lateness."""
+    """Lateness of each frame against the most punctual one of the last seconds; a pause is no lateness."""
 
     def __init__(self) -> None:
         self._recent: deque[tuple[float, float]] = deque()

@@ -33,7 +33,7 @@ PICTURE_RATE: Final = 30
 BIT_RATE: Final = 3_000_000
 """Per second of the video."""
 BATCH_SIZE: Final = 15
-"""Pictures between two looks at the progress."""
+"""Pictures between two reports of the progress."""
 
 
 class EncodedPicture(NamedTuple):

@@ -302,7 +302,7 @@ def test_the_pad_walks_and_its_driver_is_missed_when_nobody_looks(
     order("steer", velocity=[0.2, -0.05, 0.4])
     assert commands.sent[-1].velocity == pytest.approx((0.2, -0.05, 0.4)) and commands.sent[-1].hold == HOLD
     lookers.clear()
-    driving.sign()
+    driving.keep_alive()
     assert driving._session is None  # no sign of life from here on: the robot stops by itself
 
 

@@ -123,7 +123,7 @@ class TouchDownParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     max_wait: NotNegative = 0.0
     """Time for which the plan waits for the ground, s."""
     search_depth: NotNegative = 0.010
-    """How far the foot is lowered beyond `leg.target_depth` in search of the ground, m."""
+    """Depth to which the foot is lowered beyond `leg.target_depth` in search of the ground, m."""
     search_rate: Positive = 0.04
     """Speed of that, m/s."""
 
@@ -136,7 +136,7 @@ class SupportState(NamedTuple):
     progress: float = 1.0
     """Fraction of the swing that has passed, 0..1; 1 for a foot that should have landed."""
     search_depth: float = 0.0
-    """How far the swing foot is to be lowered in search of late ground, m."""
+    """Depth to which the swing foot is lowered in search of late ground, m."""
     wait: bool = False
     """The plan is to wait for the swing foot."""
 

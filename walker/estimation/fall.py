@@ -132,7 +132,7 @@ PENDULUM_FREQUENCY: Final = math.sqrt(GRAVITY / 0.25)
 
 
 class FallPredictorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far the capture point may be beyond the middle of the nearest sole, and how hard a push."""
+    """Bounds of the capture point beyond the middle of the nearest sole, and of a push."""
 
     ahead: Positive = 0.065
     """m; undisturbed walks of `omni` reach 0.03."""

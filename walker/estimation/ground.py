@@ -35,7 +35,7 @@ class Corrections(NamedTuple):
     torso: Vec2 = (0.0, 0.0)
     """AnklePitch (torso control, its damping included), rad."""
     common: Vec2 = (0.0, 0.0)
-    """Turn that both ankles had in common; it counts as the ground's from now on, roll and pitch, rad."""
+    """Common turn of both ankles that now counts as the ground's, roll and pitch, rad."""
     ground_alignment_active: bool = False
     """The plan is more than half a degree off the estimated ground, and turns onto it."""
 

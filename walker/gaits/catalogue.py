@@ -97,7 +97,7 @@ def make_gait(name: str, parameters: GaitParameters, body: Body) -> Gait[Any]:
 _CHECKED_STEPS = 4
 """Start, two regular steps and the closing one hold every pose of a gait."""
 _DT = 0.02
-"""Time between two poses that are looked at, s."""
+"""Time between two checked poses, s."""
 _DT_QUASI_STATIC = 0.1
 """Of a gait that takes seconds for a step."""
 _SEARCH_PRECISION = 0.1

@@ -1,4 +1,4 @@
-"""How far to walk: the order, the gait under way that carries it out, and the steering to a place."""
+"""The order of a walk, the gait under way that carries it out, and the steering to a place."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from walker.gaits.plan import NO_FEEDBACK, Feedback, Foothold, Plan
 
 
 class WalkOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """How far to walk: by steps, by time, to a place, or without end."""
+    """Bounds of a walk: by steps, by time, to a place, or none."""
 
     steps: int = 0
     """Steps to walk, the closing step included; 0: no bound. At least 2 when bounded."""
     duration: float = math.inf
     """s of walking after which the robot closes its feet and stands."""
     target: Vec3 | None = None
-    """Where to walk, from the middle between the feet at the beginning: forward and to the left, m, and turn,
-    rad. For gaits that have `limits`; by the odometry."""
+    """Place to walk to, from the middle between the feet at the beginning: forward and to the left, m, and
+    turn, rad. For gaits that have `limits`; by the odometry."""
     share: float = 1.0
-    """Of the gait's limits that is made use of on the way to the target."""
+    """Share of the gait's limits that is used on the way to the target."""
     settle: float = 1.0
     """s to stand before the order counts as done."""
 
@@ -67,8 +67,7 @@ _LEAST_IMPROVEMENT: Final = 0.2
 _BRAKING_SHARE: Final = 0.7
 """Part of the gait's acceleration that is planned on: a velocity changes at the next step only."""
 _SHORTEST_DURATIONS: Final[Vec3] = (0.25, 0.5, 0.5)
-"""s in which the rest of the way is planned to be walked when it is short: a step; sideways and turning, where
-the foot on the outer side follows, two."""
+"""s planned for a short rest of the way: a step; sideways and turning, where the outer foot follows, two."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +81,10 @@ class Steering:
     goal: Foothold
     """Middle between the feet at the end, in the frame of the odometry."""
     share: float = 1.0
-    """Of the limits that is made use of."""
+    """Share of the limits that is used."""
 
-    def to_go(self, here: Foothold) -> Vec3:
-        """Way and turn that remain, in the frame of `here`, m, m, rad."""
+    def remaining(self, here: Foothold) -> Vec3:
+        """Remaining way and turn, in the frame of `here`, m, m, rad."""
         x, y = here.local(self.goal.x, self.goal.y)
         return x, y, math.remainder(self.goal.yaw - here.yaw, math.tau)
 
@@ -99,8 +98,8 @@ class Steering:
             later: the same after one more step on the spot.
         """
         step = _SHORTEST_DURATIONS[0]
-        rest = (way - step * v for way, v in zip(self.to_go(later), self.velocity(later), strict=True))
-        error = _error(self.to_go(now))
+        rest = (way - step * v for way, v in zip(self.remaining(later), self.velocity(later), strict=True))
+        error = _error(self.remaining(now))
         return error < 1.0 or (error < _CLOSE_ERROR and error < _error(tuple(rest)) + _LEAST_IMPROVEMENT)
 
     def velocity(self, here: Foothold) -> Vec3:
@@ -109,7 +108,7 @@ class Steering:
         Args:
             here: middle between the feet, in the frame of the odometry.
         """
-        way = self.to_go(here)
+        way = self.remaining(here)
         time = self.limits.share(way) / self.share
         for rest, acceleration in zip(way, self.limits.max_acceleration, strict=True):
             # v^2 = 2 a s, and v = s / time
@@ -155,7 +154,7 @@ class WalkPlanner:
 
     Args:
         gait: to walk by.
-        order: how far to walk.
+        order: bounds of the walk.
         origin: middle between the feet at the beginning.
         steps: number of steps completed before.
         velocity: as in `GaitCommand`.

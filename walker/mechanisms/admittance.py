@@ -72,7 +72,7 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Fraction of the swing from which the force counts (not given in the thesis): before that the foot may
     still be leaving the ground, and the load it takes with it would shorten the leg for the whole step."""
     target_depth: NotNegative = 0.005
-    """How far below the nominal ground the swing foot's target ends, m, to step into depressions too."""
+    """Depth of the swing foot's target below the nominal ground, m, to step into depressions too."""
     max_ankle_z: float = -0.100
     """Leg length limit: the ankle stays below this height in the frame of the hip, m (z_{i,0}^{i,8})."""
     max_rate: Positive = 0.3
@@ -138,7 +138,7 @@ class LegAdmittance:
             progress: fraction of the swing that has passed, 0..1; the target sinks in its second half.
             ankle_z: planned height of this leg's ankle in the frame of its hip, m (negative), for the limit
                 `max_ankle_z`; the limit does not lengthen a leg that is planned too short.
-            search_depth: how much further below the ground the target of a late swing foot is, m.
+            search_depth: further depth of the target of a late swing foot, m.
             delay: of the loop, besides `latency`, s.
 
         Returns:

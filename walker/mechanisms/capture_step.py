@@ -130,7 +130,7 @@ class CaptureEstimator:
 
 
 class BackwardStepParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far, how fast and for which pushes hips and arms help a step back."""
+    """Motion of hips and arms in a step back, and the pushes for which they move."""
 
     hip_angle: NotNegative = 0.35
     """Bend of the torso against the legs, rad."""

@@ -164,7 +164,7 @@ class JointCompliance:
         return tuple(angles)
 
     def deflections(self, torques: Array) -> Array:
-        """By how much the joints yield to torques, the shape of the torques, rad.
+        """Deflections of the joints under torques, the shape of the torques, rad.
 
         Args:
             torques: As `torques` gives them; one motor bears both HipYawPitch torques.

@@ -1,4 +1,4 @@
-"""Foothold feedback: by how much the robot is off the pendulum of its plan, and its feet off their footholds.
+"""Foothold feedback: deviation of the robot from its plan's pendulum, and of its feet from their footholds.
 
 Reads: joint angles, lean of the torso, plans of the last latency.
 Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
@@ -27,13 +27,13 @@ from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
 _PARTS: Final = 8
 """Of a step, each with a mean of its own."""
 _LEARN_STEPS: Final = 6
-"""After so many steps the mean is there, and the whole deviation counts."""
+"""Number of steps after which the mean is learnt, and the whole deviation counts."""
 _FIRST_STEPS: Final = 2
 """Number of steps after which deviations beyond `_UNLEARNT` count: a worn robot tips back in its third."""
 _UNLEARNT: Final = 0.015
 """m of the capture point's deviation that may be the joints' deflection and backlash, without their mean."""
 _VELOCITY_CHANGE: Final = (0.1, 0.1, 1.0)
-"""Change of the velocity, m/s, m/s, rad/s, after which the mean is as good as not there."""
+"""Change of the velocity, m/s, m/s, rad/s, after which the mean counts as unlearnt."""
 _LARGEST_MISS: Final = 0.02
 """m of a miss that counts in one step."""
 

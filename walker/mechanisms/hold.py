@@ -1,4 +1,4 @@
-"""Hold of heading and velocity: by how much the walk is off its plan by the odometry.
+"""Hold of heading and velocity: deviation of the walk from its plan, by the odometry.
 
 Reads: pose by the odometry, plan.
 Gives: `Feedback.heading` (`HeadingError`) and `Feedback.velocity` (`VelocityHold`) for the gait.

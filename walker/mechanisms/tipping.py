@@ -22,7 +22,7 @@ _EARLIEST_HOLD: Final = 0.8
 
 
 class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When a robot tips, and how long a step waits for it."""
+    """Threshold of tipping, and duration of the hold of a step."""
 
     hold_deviation: Positive = 0.08
     """Deviation of the capture point to the outside of the stance foot from which on a step is held, m.

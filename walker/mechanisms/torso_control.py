@@ -122,7 +122,7 @@ class RobustSpecification(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     spread: float = 0.20
     """Relative uncertainty of natural frequency, damping and zero, each."""
     noise_gain: float = 0.174
-    """Maximum gain at high frequencies: how far a jump of the measured angle moves the ankle at once. The
+    """Maximum gain at high frequencies: the ankle's immediate response to a jump of the measured angle. The
     default is that of the thesis' static design, the leading coefficient of (4.19)."""
 
     def __post_init__(self) -> None:

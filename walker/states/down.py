@@ -16,7 +16,7 @@ from walker.estimator import Estimate
 from walker.states.state import State, StateName, legs_hold
 
 _LEG_POSE: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
-"""Of both legs: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
+"""Of both legs, rad: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
 _HIP_COUNTER_TURN: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
 """By which the hips of both legs turn the way of the fall, rad: the torso turns back over the legs and
 leans later. The ranges of HipPitch and HipRoll leave no more."""
@@ -164,7 +164,7 @@ class Recovery:
         self.after_falls = after_falls and bool(self._motions)
         """A robot that falls gets up again."""
         self.count = 0
-        """How often the robot got up from lying."""
+        """Number of times that the robot got up from lying."""
 
     def begins_down(self, frame: SensorFrame, lying_side: Lying) -> bool:
         """Whether the robot of the first frame is to get up before anything else."""

@@ -62,7 +62,7 @@ def set_up_walk(
     Args:
         body: data sheet.
         gait: to walk by.
-        order: how far to walk.
+        order: bounds of the walk.
         cycle: of the robot, s.
         parameters: of the controllers.
         step: the gait's periodic step; None: not needed.

@@ -22,7 +22,7 @@ from emulator.poses import Pose
 from emulator.vectors import Rotation, rotate
 
 MAX_CONTACT_DISTANCE: Final = 0.001
-"""Up to which distance MuJoCo looks for two things that touch, m."""
+"""Distance up to which MuJoCo reports two things as touching, m."""
 
 
 class MujocoRobot(Multibody):

@@ -27,7 +27,7 @@ from emulator.poses import ORIGIN, Pose, compose, matrix
 FLOOR: Final = "floor"
 """Body of the floor and of all that is fixed on it."""
 _HEIGHTFIELD_DEPTH: Final = 0.05
-"""How far a heightfield reaches down, m."""
+"""Depth of a heightfield's base, m."""
 
 
 @dataclass

@@ -29,7 +29,7 @@ from emulator.engine.values import PhysicsSettings
 
 _NO_MIDPHASE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
 _MAX_FLAT_GEOMS: Final = 32
-"""Geoms of a body up to which looking at each is faster than a tree of them."""
+"""Geoms of a body up to which testing each is faster than a tree of them."""
 GEAR: Final = "hips"
 """Name of the equality that couples the two HipYawPitch joints."""
 HOOK: Final = "hook"

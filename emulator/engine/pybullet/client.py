@@ -14,7 +14,7 @@ def _silent() -> Iterator[None]:
     """Suppress output of compiled code on the standard streams: PyBullet prints its build time."""
     kept: dict[int, int] = {}
     for descriptor in (1, 2):
-        with contextlib.suppress(OSError):  # closed by whoever started this
+        with contextlib.suppress(OSError):  # closed by the parent
             kept[descriptor] = os.dup(descriptor)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:

@@ -40,7 +40,7 @@ FORMS: Final = "`inline`, `local`, `local:N`, `tcp://HOST:PORT` or `tls://HOST:P
 
 
 def local_workers(cluster: str) -> int:
-    """How many processes of this machine a campaign may use: N of `local:N`, otherwise one per core."""
+    """Number of processes of this machine for a campaign: N of `local:N`, otherwise one per core."""
     named = re.fullmatch(r"local:(\d+)", cluster)
     return 1 if cluster == "inline" else int(named[1]) if named else len(os.sched_getaffinity(0))
 
@@ -48,13 +48,13 @@ def local_workers(cluster: str) -> int:
 def open_executor(
     cluster: str, stop: threading.Event | None = None, say: Callable[[str], None] = lambda _: None
 ) -> Executor:
-    """An executor; its processes are started, or its scheduler is looked for, with the first job.
+    """An executor; it starts its processes, or connects to its scheduler, with the first job.
 
     Args:
         cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
             the scheduler of a dask cluster.
         stop: Once set, running jobs are given up.
-        say: Gets a sentence that names the cause of a wait.
+        say: Called with a sentence that names the cause of a wait.
 
     Raises:
         ConfigurationError: none of these, or dask is not installed.

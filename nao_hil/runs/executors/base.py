@@ -12,7 +12,7 @@ from bridge.errors import NaoHilError
 from nao_hil.runs.fingerprint import PROCESSES, library_versions, source_hash
 
 POLL_INTERVAL: Final = 0.2
-"""s between looks at whether to stop."""
+"""s between two checks for a stop."""
 
 
 class RunFailed(NaoHilError):

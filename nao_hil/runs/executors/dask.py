@@ -150,9 +150,9 @@ SPARE_JOBS: Final = 16
 FEW_SPARE_JOBS: Final = 4
 """Jobs under way beyond one for each worker, when new ones are submitted: none waits for this process."""
 MAX_LOST_TIME: Final = 300.0
-"""s for which a lost scheduler is looked for, and a worker awaited."""
+"""s for which a lost scheduler is searched for, and a worker awaited."""
 COUNT_INTERVAL: Final = 5.0
-"""s between looks at how many workers there are."""
+"""s between two counts of the workers."""
 _LOST: Final = (CancelledError, ClosedClientError, CommClosedError, OSError, TimeoutError)
 
 
@@ -169,7 +169,7 @@ class DaskExecutor:
     Args:
         connection: To the scheduler.
         stop: Once set, running jobs are given up.
-        say: Gets a sentence that names the cause of a wait.
+        say: Called with a sentence that names the cause of a wait.
     """
 
     def __init__(

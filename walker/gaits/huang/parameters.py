@@ -52,19 +52,19 @@ class HuangParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_
     """The point of the stance foot from which x_sd and x_ed count, ahead of the ankle, m; 0 in the source.
     The middle of a NAO's sole is 20 mm ahead of its ankle; counted from there the best ones are on (11)."""
     x_sd: _Place | None = None
-    """How far the hip is behind that point when single support begins, m; None: as planned for the body, see
+    """Distance of the hip behind that point when single support begins, m; None: as planned for the body, see
     `walker.gaits.huang.hip`."""
     x_ed: _Place | None = None
-    """How far it is ahead of it when single support ends, m; None: as planned."""
+    """Distance ahead of it when single support ends, m; None: as planned."""
     y_d: _Place | None = None
-    """How far the hip is off the path towards the stance foot when single support begins and ends, m; None:
+    """Distance of the hip from the path towards the stance foot when single support begins and ends, m; None:
     as planned."""
     y_m: _Place | None = None
     """The same in the middle of single support, m; None: as planned."""
     D_max: _Length = 0.13
     """Longest step over an edge of the known ground, m."""
     overhang: Annotated[float, msgspec.Meta(ge=0.0, le=0.1)] = 0.04
-    """How much of a sole's length may hang over an edge of the known ground, at heel or toe, m."""
+    """Length of a sole that may overhang an edge of the known ground, at heel or toe, m."""
     progress: Annotated[float, msgspec.Meta(gt=0.5, le=1.5)] = 1.0
     """Fraction of the planned way that the robot makes: edges of known ground are expected that much later."""
     ground: KnownGround = KnownGround()
