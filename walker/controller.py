@@ -100,7 +100,7 @@ class Controller:
             "fall": self._fall,
             "resume": self._resume,
             "stand up": self._stand_up,
-            "lie": lambda frame: self._lie(frame),
+            "lie": self._lie,
             "rest": self._rest,
             "interrupt": self._interrupt,
             "capture step": self._begin_capture_step,
@@ -302,9 +302,12 @@ class Controller:
             self._kinematics, p, self._cycle, p.switches, predicts_falls=self._recovery.after_falls
         )
 
+    @property
+    def _is_down(self) -> bool:
+        return isinstance(self._state, Fallen) or self.lying_side != "upright"
+
     def _get_up(self, frame: SensorFrame) -> None:
-        lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
-        self._state = self._recovery.get_up(frame, from_lying=lies)
+        self._state = self._recovery.get_up(frame, from_lying=self._is_down)
 
     def _fall(self, frame: SensorFrame) -> None:
         """Yield, and drop all orders; a walk under way may be resumed later."""
@@ -320,9 +323,8 @@ class Controller:
         self._state = Resting(self._state.position)
 
     def _play(self, frame: SensorFrame) -> None:
-        lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
         assert self._player is not None
-        self._state, self._player = Moving(self._player, frame.position, from_lying=lies), None
+        self._state, self._player = Moving(self._player, frame.position, from_lying=self._is_down), None
 
     def _arrive(self, _: SensorFrame) -> None:
         assert isinstance(self._state, Approaching)

@@ -76,11 +76,6 @@ class Transition(NamedTuple):
     """No further row is evaluated in this cycle, and the new state sets its first pose."""
 
 
-def _begins_down(s: Situation) -> bool:
-    """The robot of the first frame sits or lies."""
-    return s.first and s.recovery.begins_down(s.frame, s.lying_side)
-
-
 def _motion_got_up(s: Situation) -> bool:
     return isinstance(s.state, Moving) and s.state.got_up
 
@@ -118,7 +113,7 @@ WALKING: Final[tuple[StateName, ...]] = ("walk", "stopping")
 
 TRANSITIONS: Final = (
     # Before the fall: a robot that lies at the beginning has not fallen.
-    Transition(("approach",), _begins_down, "get up"),
+    Transition(("approach",), lambda s: s.first and s.recovery.begins_down(s.frame, s.lying_side), "get up"),
     Transition(WALKING, lambda s: s.hold_over, "stop"),
     # Ends the cycle: the pose before the impact must not wait for an order's.
     Transition(("approach", *WALKING, "stand"), lambda s: bool(s.estimate.fall), "fall", last=True),

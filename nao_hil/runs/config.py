@@ -89,7 +89,7 @@ def run_config(
     from walker.parameters import merged
     from walker.switches import switch_changes
 
-    base = _of_file(file) if file else RunConfig()
+    base = _with_paths(load_toml(file, RunConfig), file.parent) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}
     if given.get("duration") or given.get("target"):
         given.setdefault("steps", 0)
@@ -114,10 +114,6 @@ def is_path(name_or_path: str) -> bool:
     """Whether one of `FILES` is the path of a file, and not a name."""
     path = Path(name_or_path)
     return path.suffix == ".toml" or path.name != name_or_path
-
-
-def _of_file(file: Path) -> RunConfig:
-    return _with_paths(load_toml(file, RunConfig), file.parent)
 
 
 def _with_paths(config: RunConfig, folder: Path) -> RunConfig:

@@ -108,7 +108,7 @@ class LiveRun:
         if world is not None:
             self._observer.ground = GroundPlane(*world.floor, 0.0)
             if world.terrain is None and self.rows.world is not None:
-                world = _with_terrain(world, self.rows.world)
+                world = msgspec.structs.replace(world, terrain=self.rows.world.terrain)
             self.rows.world = world
 
     def take(self, moment: Moment) -> list[bytes | dict[str, Any]]:
@@ -336,22 +336,12 @@ class Follower:
             for file in sorted(run.glob("frames*.mcap"))
         }
         if path == "/recordings":
-            return _json({name: file.stat().st_size for name, file in files.items()})
+            sizes = json.dumps({name: file.stat().st_size for name, file in files.items()}).encode()
+            return Answer(HTTPStatus.OK, sizes, (("Content-Type", "application/json"),))
         name, _, kind = path.lstrip("/").rpartition(".")
         if name not in files or kind not in ("mcap", "html"):
             return None
         content = files[name].read_bytes() if kind == "mcap" else recorded_page([files[name]])[0].encode()
-        return _download(f"{name.replace('/', '-')}.{kind}", content)
-
-
-def _json(value: Any) -> Answer:
-    return Answer(HTTPStatus.OK, json.dumps(value).encode(), (("Content-Type", "application/json"),))
-
-
-def _download(name: str, content: bytes) -> Answer:
-    kind = HTML if name.endswith(".html") else (("Content-Type", "application/octet-stream"),)
-    return Answer(HTTPStatus.OK, content, (*kind, ("Content-Disposition", f'attachment; filename="{name}"')))
-
-
-def _with_terrain(world: WorldReply, before: WorldReply) -> WorldReply:
-    return msgspec.structs.replace(world, terrain=before.terrain)
+        content_type = HTML if kind == "html" else (("Content-Type", "application/octet-stream"),)
+        disposition = f'attachment; filename="{name.replace("/", "-")}.{kind}"'
+        return Answer(HTTPStatus.OK, content, (*content_type, ("Content-Disposition", disposition)))
