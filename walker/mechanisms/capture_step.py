@@ -77,7 +77,7 @@ class CaptureEstimator:
         x, _ = sole_hull(base.body, "L").T
         self._heel, self._toe = float(x.min()), float(x.max())
         self._weight = GRAVITY * total_mass(base.body)
-        self._lost = False
+        self._unbalanced = False
         self._since_step = math.inf
         """Time since the last step by the plan, s."""
 
@@ -106,7 +106,7 @@ class CaptureEstimator:
         """
         rests = plan.phase in ("stand", "stop")
         self._since_step = self._since_step + dt if plan.support == "both" else 0.0
-        if plan.pendulum is None or not (rests or self._lost):
+        if plan.pendulum is None or not (rests or self._unbalanced):
             self._mass.reset()
             return None
         sides = SIDES if plan.support == "both" else (plan.support,)
@@ -121,8 +121,8 @@ class CaptureEstimator:
         edge = min(max(x, heel), toe)
         if rests:
             landed = plan.capture is not None or self._since_step > self._p.min_time_after_step
-            self._lost = landed and x != edge and load > _STANDING_LOAD * self._weight
-        if not self._lost:
+            self._unbalanced = landed and x != edge and load > _STANDING_LOAD * self._weight
+        if not self._unbalanced:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
         c_x, c_y = (com + self._p.latency * rate).tolist()
@@ -174,8 +174,8 @@ class BackwardStep:
         """Of the torso ahead against the legs, rad."""
         self._arms = 0.0
         """Swing of the arms ahead and up, rad."""
-        self._rises = False
-        self._behind = self._beside = 0.0
+        self._arms_rise = False
+        self._max_behind = self._max_beside = 0.0
         """Farthest places of the capture point before the decision, m."""
 
     def update(self, plan: Plan, measured: CaptureStep | None, dt: float) -> None:
@@ -192,16 +192,16 @@ class BackwardStep:
             undecided = plan.progress <= p.decision
             if undecided and measured is not None:
                 x, y = plan.foot(plan.support).foothold.local(*measured.xi)
-                self._behind = max(self._behind, -x)
-                self._beside = max(self._beside, abs(abs(y) - self._half_width))
-            needed = undecided or self._behind > p.hip_behind
-            goal = p.hip_angle if needed and self._beside <= p.max_beside else 0.0
-            self._rises = undecided or self._behind > p.arm_behind
+                self._max_behind = max(self._max_behind, -x)
+                self._max_beside = max(self._max_beside, abs(abs(y) - self._half_width))
+            needed = undecided or self._max_behind > p.hip_behind
+            goal = p.hip_angle if needed and self._max_beside <= p.max_beside else 0.0
+            self._arms_rise = undecided or self._max_behind > p.arm_behind
         else:
-            self._behind = self._beside = 0.0
-            self._rises = self._rises and self._arms < p.arm_angle
+            self._max_behind = self._max_beside = 0.0
+            self._arms_rise = self._arms_rise and self._arms < p.arm_angle
         self.bend += clip(goal - self.bend, -rate * dt, rate * dt)
-        swing = p.arm_rate if self._rises else -p.arm_return_rate
+        swing = p.arm_rate if self._arms_rise else -p.arm_return_rate
         self._arms = clip(self._arms + swing * dt, 0.0, p.arm_angle)
 
     def add(self, angles: list[float]) -> None:

@@ -71,14 +71,14 @@ class VelocityHold:
 
     def __init__(self, parameters: VelocityHoldParameters) -> None:
         self._p = parameters
-        self._here: Foothold | None = None
+        self._step_begin: Foothold | None = None
         """At the beginning of the step under way; None: no step is."""
         self._step = 0
         self._elapsed = 0.0
         """Since then, s."""
         self._velocity: Array = np.zeros(2)
         """Commanded in this step, m/s."""
-        self._before: Array = np.zeros(2)
+        self._previous_velocity: Array = np.zeros(2)
         """The same of the step before."""
         self._errors: deque[Array] = deque(maxlen=_STEPS_PER_STRIDE)
         """Commanded less measured velocity in the latest steps, m/s."""
@@ -93,22 +93,22 @@ class VelocityHold:
             dt: time since the last cycle, s.
         """
         if plan.pendulum is None or plan.support == "both":
-            self._here, self._correction, self._before = None, np.zeros(2), np.zeros(2)
+            self._step_begin, self._correction, self._previous_velocity = None, np.zeros(2), np.zeros(2)
             self._errors.clear()
         else:
             self._elapsed += dt
-            if self._here is None or plan.step != self._step:
-                if self._here is not None:
-                    self._learn(self._here, here)
-                    self._before = self._velocity
-                self._here, self._step, self._elapsed = here, plan.step, 0.0
+            if self._step_begin is None or plan.step != self._step:
+                if self._step_begin is not None:
+                    self._learn(self._step_begin, here)
+                    self._previous_velocity = self._velocity
+                self._step_begin, self._step, self._elapsed = here, plan.step, 0.0
                 self._velocity = np.array(plan.pendulum.velocity[:2])
         x, y = self._correction.tolist()
         return x, y
 
     def _learn(self, there: Foothold, here: Foothold) -> None:
         """The end of a step. A robot that changes its velocity lags behind the command: that is not learnt."""
-        if not np.array_equal(self._before, self._velocity):
+        if not np.array_equal(self._previous_velocity, self._velocity):
             self._errors.clear()
             return
         middle = there._replace(yaw=there.yaw + 0.5 * math.remainder(here.yaw - there.yaw, math.tau))

@@ -43,7 +43,7 @@ class TippingDetector:
 
     def __init__(self, parameters: TippingParameters) -> None:
         self._p = parameters
-        self._held = 0.0
+        self._hold_time = 0.0
         """Time by which the step under way has been prolonged, s."""
 
     def update(self, feedback: Feedback, plan: Plan, dt: float) -> Feedback:
@@ -55,18 +55,18 @@ class TippingDetector:
             dt: time since the last cycle, s.
         """
         if plan.support == "both":
-            self._held = 0.0
+            self._hold_time = 0.0
             return feedback
         _, across = Foothold(yaw=-plan.foot(plan.support).yaw).point(*feedback.deviation)
-        hold = self._is_to_hold(SIGN[plan.support] * across, plan.progress, dt)
+        hold = self._holds(SIGN[plan.support] * across, plan.progress, dt)
         return feedback._replace(extend_step=hold)
 
-    def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
+    def _holds(self, outward: float, progress: float, dt: float) -> bool:
         if progress < 1.0:
-            self._held = 0.0
-        hold = outward > 0.0 and self._held < self._p.max_hold
-        if not self._held:
+            self._hold_time = 0.0
+        hold = outward > 0.0 and self._hold_time < self._p.max_hold
+        if not self._hold_time:
             hold = progress > _EARLIEST_HOLD and outward > self._p.hold_deviation
         if hold and progress >= 1.0:
-            self._held += dt
+            self._hold_time += dt
         return hold
