@@ -1,4 +1,4 @@
-// A live run: rows come over a WebSocket, orders go back.
+// A live run: rows arrive over a WebSocket, orders return.
 "use strict";
 
 const DRAG_INTERVAL = 150; // ms between two orders of a knob that is dragged
@@ -17,7 +17,7 @@ const PADS = {
   ],
 };
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
-const DRIVE = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
+const DRIVE_KEYS = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
 const ENDED = "The page has ended, and the run with it, or its robot's process. To look at the run again: nao-hil view --replay RUN. For a robot that stays: nao-hil up --serve --view.";
 
 // An element: el("button", {properties}, ...children).
@@ -105,10 +105,10 @@ class Live {
   }
 
   drives(key) {
-    return Boolean(this.driving?.checked && key in DRIVE);
+    return Boolean(this.driving?.checked && key in DRIVE_KEYS);
   }
 
-  // A key of the keyboard; whether it was an order.
+  // A key of the keyboard; whether it is an order.
   key(key) {
     if (!this.drives(key)) return false;
     this.order("key", { key });
@@ -261,7 +261,7 @@ class Live {
     this.steps = this.number("steps", "0: no end", "0", 0, 1e6);
     Object.assign(this, { gait, torso, admittance });
     this.driving = el("input", { type: "checkbox" });
-    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · a gamepad's left stick walks");
+    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE_KEYS).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · a gamepad's left stick walks");
     this.driving.addEventListener("change", () => ((keys.hidden = !this.driving.checked), this.pads()));
     this.missed = el("p", { className: "faint" });
     return [
@@ -342,14 +342,14 @@ class Live {
     const parts = [];
     if (live.saves) {
       const list = el("div");
-      const look = async () => {
+      const listRecordings = async () => {
         const sizes = await fetch("recordings").then((response) => response.json());
         const link = (name, kind) => el("a", { href: `${name}.${kind}`, textContent: kind === "mcap" ? "recording" : "page", download: "" });
         list.replaceChildren(...Object.entries(sizes).map(([name, size]) => el("div", { className: "field" }, `${name}, ${(1e-6 * size).toFixed(1)} MB`, el("span", {}, link(name, "mcap"), " · ", link(name, "html")))));
       };
-      parts.push(el("h2", { textContent: "Save" }), el("p", { className: "faint", textContent: "Every recording of this run; a reset begins another one. The page plays in any browser." }), list, this.row(this.button("Look for recordings", look)));
-      this.look = look;
-      look();
+      parts.push(el("h2", { textContent: "Save" }), el("p", { className: "faint", textContent: "Every recording of this run; a reset begins another one. The page plays in any browser." }), list, this.row(this.button("Look for recordings", listRecordings)));
+      this.listRecordings = listRecordings;
+      listRecordings();
     }
     if (live.supervised) {
       const [robotBox, robot] = this.select("robot", ["as it is", ...live.robots]), [wearBox, wear] = this.select("wear", ["as it is", ...live.wears]);

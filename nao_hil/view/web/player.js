@@ -2,11 +2,11 @@
 "use strict";
 
 const EVENTS = { world: "#fab005", fall: "#fa5252" };
-const FOLLOW = 0.2; // s in which the camera makes up for most of its way to the robot
-const LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
-const APART = 0.6; // m between two runs that are shown together
+const FOLLOW_TIME = 0.2; // s in which the camera makes up for most of its way to the robot
+const LIVE_LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
+const RUN_DISTANCE = 0.6; // m between two runs that are shown together
 const CHART_EVERY = 50; // ms
-const SOFTWARE = 31; // ms from one picture to the next without a graphics card
+const SOFTWARE_INTERVAL = 31; // ms from one picture to the next without a graphics card
 const THEMES = {
   dark: { background: [0.078, 0.086, 0.102], floor: [0.155, 0.17, 0.195], grid: [0.55, 0.6, 0.68], shadow: [0.62, 0.5], estimate: [1, 0.66, 0.2], text: "#eceff3", faint: "#8b95a1", field: "#14161a", page: "#1b1e23" },
   light: { background: [0.933, 0.945, 0.961], floor: [0.965, 0.972, 0.98], grid: [0.5, 0.55, 0.62], shadow: [0.34, 0.4], estimate: [0.91, 0.35, 0.05], text: "#1c2127", faint: "#727d89", field: "#f3f5f8", page: "#ffffff" },
@@ -90,8 +90,8 @@ class Player {
 
   advance(elapsed) {
     if (this.following) {
-      const late = this.last - LAG - this.time;
-      this.time = Math.abs(late) > 0.6 ? this.last - LAG : Math.min(this.time + elapsed + 0.1 * (late - elapsed), this.last);
+      const late = this.last - LIVE_LAG - this.time;
+      this.time = Math.abs(late) > 0.6 ? this.last - LIVE_LAG : Math.min(this.time + elapsed + 0.1 * (late - elapsed), this.last);
     } else if (this.playing) {
       this.time = Math.min(this.time + elapsed * Number($("speed").value), this.last);
       if (this.time >= this.last) this.runs[0].header.live ? this.follow() : this.play(false);
@@ -99,12 +99,12 @@ class Player {
   }
 
   actors() {
-    return this.runs.filter((run) => run.count).map((run, i) => ({ run, moment: run.moment(Math.min(this.time, run.last)), shift: [0, -APART * i, 0] }));
+    return this.runs.filter((run) => run.count).map((run, i) => ({ run, moment: run.moment(Math.min(this.time, run.last)), shift: [0, -RUN_DISTANCE * i, 0] }));
   }
 
   // Where the camera is; it follows the robot over the ground, smoothly unless the time jumped.
   view(actors, elapsed) {
-    const { camera } = this, share = 1 - Math.exp(-elapsed / FOLLOW);
+    const { camera } = this, share = 1 - Math.exp(-elapsed / FOLLOW_TIME);
     const mean = (k) => actors.reduce((sum, { moment, shift }) => sum + moment.torso[k] + shift[k], 0) / actors.length;
     const at = [mean(0), mean(1), 0.25], far = !camera.aim || this.jumped || Math.hypot(...minus(at, camera.aim)) > 0.5;
     camera.aim = far ? at : camera.aim.map((x, i) => x + share * (at[i] - x));
@@ -116,7 +116,7 @@ class Player {
 
   draw(now) {
     const actors = this.actors(), { scene, colours } = this, canvas = scene.canvas;
-    if (!actors.length || (scene.software && now - (this.drawn ?? 0) < SOFTWARE)) return;
+    if (!actors.length || (scene.software && now - (this.drawn ?? 0) < SOFTWARE_INTERVAL)) return;
     const elapsed = now - (this.drawn ?? now);
     if (this.adaptive && elapsed) scene.adapt(elapsed);
     this.drawn = now;
@@ -188,7 +188,7 @@ class Player {
   }
 }
 
-// One finger or button turns, two fingers or the other button move, wheel and pinch come nearer.
+// One finger or button turns, two fingers or the other button move, wheel and pinch zoom.
 function orbit(player) {
   const { canvas } = player.scene, { camera } = player, down = new Map();
   const turn = (dx, dy) => {
@@ -232,9 +232,9 @@ function orbit(player) {
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-// The push that a drag over the picture stands for: its level way, in the robot's heading, N s.
+// The push of a drag over the picture: its level way, in the robot's heading, N s.
 function dragged(player, event) {
-  const { camera, drag } = player, scale = (0.62 * camera.distance) / player.scene.canvas.clientHeight / ARROW;
+  const { camera, drag } = player, scale = (0.62 * camera.distance) / player.scene.canvas.clientHeight / ARROW_SCALE;
   const right = scale * (event.clientX - drag.from[0]), ahead = -scale * (event.clientY - drag.from[1]);
   const [{ moment }] = player.actors(), angle = camera.azimuth + Math.PI - moment.heading;
   const limit = (x) => Math.min(Math.max(x, -3), 3);
@@ -297,7 +297,7 @@ function controls(player) {
     player.tab = name;
     for (const tab of document.querySelectorAll(".tab")) tab.hidden = tab.dataset.name !== name;
     for (const button of document.querySelector("nav").children) button.setAttribute("aria-selected", button.textContent === name);
-    if (name === "Run") player.live?.look?.(); // the recordings have grown
+    if (name === "Run") player.live?.listRecordings?.(); // the recordings have grown
   };
   player.tabs = () => {
     const names = [...document.querySelectorAll(".tab")].map((tab) => tab.dataset.name);

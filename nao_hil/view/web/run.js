@@ -1,9 +1,9 @@
 // One robot's run: a header, and rows of numbers that may grow. Packed by nao_hil/view/rows.py.
 "use strict";
 
-const NOTHING = -(2 ** 31);
-const PRINTS = 32; // footprints drawn
-const LONGEST = 14000; // rows kept of a live run: seven minutes
+const NAN_INTEGER = -(2 ** 31);
+const MAX_PRINTS = 32; // footprints drawn
+const MAX_ROWS = 14000; // rows kept of a live run: seven minutes
 const $ = (id) => document.getElementById(id);
 
 async function unpack(bytes) {
@@ -19,7 +19,7 @@ async function unpack(bytes) {
     for (let column = 0; column < columns; column++)
       for (let row = 0, sum = 0; row < rows; row++) {
         sum = (sum + whole[column * rows + row]) | 0;
-        numbers[row * columns + column] = sum === NOTHING ? NaN : sum * step;
+        numbers[row * columns + column] = sum === NAN_INTEGER ? NaN : sum * step;
       }
     tables[name] = { rows, columns, at: (row, column) => numbers[row * columns + column], row: (i) => numbers.subarray(i * columns, (i + 1) * columns) };
     offset += 4 * rows * columns;
@@ -49,8 +49,8 @@ class Run {
 
   append(row) {
     const { width } = this;
-    if (this.count > LONGEST) {
-      const oldest = LONGEST >> 2;
+    if (this.count > MAX_ROWS) {
+      const oldest = MAX_ROWS >> 2;
       this.rows.copyWithin(0, width * oldest, width * this.count);
       this.count -= oldest;
     }
@@ -127,7 +127,7 @@ class Run {
       loads: between("loads"),
       lights: this.get(i, "lights"),
       support: { tips: this.number(i, "tips") > 0.5, corners: triples(this.get(i, "support")) },
-      footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-PRINTS),
+      footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-MAX_PRINTS),
       step: this.number(i, "step"),
       phase: this.phase(i)?.name,
     };

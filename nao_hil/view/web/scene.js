@@ -96,10 +96,10 @@ void main() {
   colour = vec4(sum / all, 0.0, 1.0);
 }`;
 const SUN = unit([0.38, -0.42, 0.82]);
-const CREASE = 0.6; // cosine of the angle over which an edge is drawn sharp
-const SHADOW = 256; // pixels of the picture of the shadow
-const RIBBON = 0.003, BAR = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
-const ARROW = 0.18; // m/(N s)
+const CREASE_COSINE = 0.6; // cosine of the angle over which an edge is drawn sharp
+const SHADOW_SIZE = 256; // pixels of the picture of the shadow
+const RIBBON_WIDTH = 0.003, HALF_BAR_WIDTH = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
+const ARROW_SCALE = 0.18; // m/(N s)
 
 function unit(v) {
   const n = Math.hypot(...v) || 1;
@@ -160,7 +160,7 @@ function triangles({ vertices, faces }, pieces) {
     for (const [three, flat] of flats)
       for (const i of three) {
         const along = smooth[i].reduce((sum, x, k) => sum + x * flat[k], 0);
-        out.push(...corner(i), ...(along > CREASE ? smooth[i] : flat), ...colour, piece.link);
+        out.push(...corner(i), ...(along > CREASE_COSINE ? smooth[i] : flat), ...colour, piece.link);
       }
     v0 += piece.vertices;
     f0 += piece.faces;
@@ -251,7 +251,7 @@ class Scene {
   target() {
     const gl = this.gl, texture = gl.createTexture(), frame = gl.createFramebuffer();
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, SHADOW, SHADOW, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, SHADOW_SIZE, SHADOW_SIZE, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
     for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.LINEAR);
     for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -324,7 +324,7 @@ class Scene {
   shadows(actors) {
     const { gl, targets } = this;
     gl.disable(gl.DEPTH_TEST);
-    gl.viewport(0, 0, SHADOW, SHADOW);
+    gl.viewport(0, 0, SHADOW_SIZE, SHADOW_SIZE);
     gl.bindFramebuffer(gl.FRAMEBUFFER, targets[0].frame);
     gl.clearColor(0, 0, 0, 1);
     gl.clear(gl.COLOR_BUFFER_BIT);
@@ -341,7 +341,7 @@ class Scene {
     gl.disable(gl.BLEND);
     gl.useProgram(this.blur.program);
     gl.bindVertexArray(this.square.array);
-    [[1.2 / SHADOW, 0], [0, 1.2 / SHADOW]].forEach((way, i) => {
+    [[1.2 / SHADOW_SIZE, 0], [0, 1.2 / SHADOW_SIZE]].forEach((way, i) => {
       gl.bindFramebuffer(gl.FRAMEBUFFER, targets[1 - i].frame);
       gl.bindTexture(gl.TEXTURE_2D, targets[i].texture);
       gl.uniform2fv(this.blur.at("way"), way);
@@ -474,7 +474,7 @@ class Scene {
       const rgb = safe.map((c, k) => (c + share * (lost[k] - c)) / 255);
       const m = this.frames.subarray(16 * cell.link, 16 * cell.link + 16), [x, y, z] = cell.at;
       const at = [0, 1, 2].map((k) => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]), top = at[2] + header.newton * force;
-      const [a, b] = unit([this.eye[1] - at[1], at[0] - this.eye[0]]).map((x) => BAR * x); // it faces the camera
+      const [a, b] = unit([this.eye[1] - at[1], at[0] - this.eye[0]]).map((x) => HALF_BAR_WIDTH * x); // it faces the camera
       const quad = [[-a, -b, at[2]], [a, b, at[2]], [a, b, top], [-a, -b, at[2]], [a, b, top], [-a, -b, top]];
       for (const [dx, dy, height] of quad) out.push(at[0] + dx, at[1] + dy, height, ...rgb, 1);
     });
@@ -483,7 +483,7 @@ class Scene {
 
   // A push, N s, forward and to the left of the robot; its head touches the shell.
   arrow({ moment, shift }, [x, y]) {
-    const c = Math.cos(moment.heading), s = Math.sin(moment.heading), way = [ARROW * (c * x - s * y), ARROW * (s * x + c * y), 0];
+    const c = Math.cos(moment.heading), s = Math.sin(moment.heading), way = [ARROW_SCALE * (c * x - s * y), ARROW_SCALE * (s * x + c * y), 0];
     const along = unit(way), head = moment.torso.map((p, k) => p + shift[k] - 0.09 * along[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
     const side = [-along[1], along[0], 0], rgb = [0.988, 0.769, 0.098, 1], out = [];
     const neck = head.map((p, k) => p - 0.035 * along[k]);
@@ -516,7 +516,7 @@ function ribbon(corners, colour, alpha, closed = true) {
   const out = [], rgb = colour.map((c) => c / 255);
   corners.slice(0, closed ? undefined : -1).forEach((a, i) => {
     const b = corners[(i + 1) % corners.length], way = unit(minus(b, a)), level = Math.hypot(way[0], way[1]) > 0.05;
-    const side = (level ? [-way[1], way[0], 0] : [0.7, 0.7, 0]).map((x) => 0.5 * RIBBON * x);
+    const side = (level ? [-way[1], way[0], 0] : [0.7, 0.7, 0]).map((x) => 0.5 * RIBBON_WIDTH * x);
     const p = (q, s) => q.map((x, k) => x + s * side[k]);
     for (const v of [p(a, 1), p(a, -1), p(b, -1), p(a, 1), p(b, -1), p(b, 1)]) out.push(...v, ...rgb, alpha);
   });
