@@ -72,7 +72,7 @@ class Video {
       Object.assign(c, { font: "600 11px system-ui, sans-serif", fillStyle: colours.text, textAlign: "left", textBaseline: "alphabetic" });
       c.fillText(chart.title, LEFT, -5);
       Object.assign(c, { font: "11px system-ui, sans-serif", textAlign: "right" });
-      words.reduceRight((right, word, i) => ((c.fillStyle = chart.lines[i].colour), c.fillText(word, right, chart.height + 12), right - c.measureText(word).width - 9), width - 8 - RIGHT);
+      labels.reduceRight((right, word, i) => ((c.fillStyle = chart.lines[i].colour), c.fillText(word, right, chart.height + 12), right - c.measureText(word).width - 9), width - 8 - RIGHT);
       top += chart.height + 38;
     }
     c.setTransform(unit, 0, 0, unit, left, unit * top);
