@@ -110,13 +110,13 @@ class EmulatedRobot(Closing):
         """Timed commands and aliases; actuator frames pass through it too."""
         self._torso = engine.robot.torso()
         self.sensors = Sensors(body, wear.sensors, self.random, engine, charger=self._scenario.charger)
-        """Everything that measures; `sensors.touch` presses buttons."""
+        """All sensors; `sensors.touch` presses buttons."""
         self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
         self._let_settle()
         self.fell_over = placed_upright and not upright(self._torso)
-        """It was placed upright and fell before its first cycle."""
+        """Whether it was placed upright and fell before its first cycle."""
         self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
@@ -259,7 +259,7 @@ class EmulatedRobot(Closing):
         return True
 
     def _next_cycle(self) -> None:
-        """To the next boundary."""
+        """Run to the next boundary."""
         self._hands.run_cycle(self.body.cycle)
         self._ahead = False
         self._seq += 1

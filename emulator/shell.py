@@ -185,7 +185,7 @@ def _head(body: Body) -> list[ColouredMesh]:
 
 
 def lamps(body: Body) -> dict[str, tuple[str, tuple[float, float, float], float]]:
-    """Where groups of LEDs shine: beginning of their names -> link, place there (m), radius (m)."""
+    """Places of groups of LEDs: beginning of their names -> link, place there (m), radius (m)."""
     r, height = body.shapes.head_radius, body.shapes.head_height
     front = 1.22 * 0.5 * body.shapes.torso_depth + 0.004
     found: dict[str, tuple[str, tuple[float, float, float], float]] = {

@@ -23,7 +23,7 @@ NANOSECONDS: Final = 1_000_000_000
 
 
 class CycleTimes(msgspec.Struct, frozen=True, kw_only=True):
-    """How well the cycles kept to the wall clock so far."""
+    """Punctuality of the cycles so far, by the wall clock."""
 
     cycles: int
     """Deadlines that the loop waited for."""

@@ -31,7 +31,7 @@ AUTHORITY: Final = "ca"
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 """A robot's certificate is always good on its own machine."""
 _BACKDATED: Final = datetime.timedelta(minutes=5)
-"""So that a machine whose clock is a little behind can use them at once."""
+"""Validity before the issue, for a machine whose clock is a little behind."""
 _AUTHORITY_YEARS: Final = 10
 
 

@@ -154,7 +154,7 @@ class Controller:
 
     @property
     def delay(self) -> float:
-        """By which answers are late at the robot, in the mean of about half a second, s."""
+        """Mean lateness of answers at the robot over about half a second, s."""
         return self._estimate.delay
 
     @property

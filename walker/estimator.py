@@ -97,7 +97,7 @@ class Estimate(NamedTuple):
     ground: Vec2 = (0.0, 0.0)
     """Roll and pitch of the ground under the standing feet, rad."""
     delay: float = 0.0
-    """By which answers are late at the robot, in the mean, s."""
+    """Mean lateness of answers at the robot, s."""
     gap: float = 0.0
     """Age of the answer in force beyond that, s."""
     lean: Vec2 | None = None

@@ -123,7 +123,7 @@ def check_bounds(parameters: Mapping[str, Any]) -> None:
 
 
 class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Everything of the controller that may be switched or tuned, SI units and rad."""
+    """Parameters of the controller that may be switched or tuned, SI units and rad."""
 
     switches: Switches = Switches()
     """Which mechanisms are on; the tables below are read where theirs is."""

@@ -287,7 +287,7 @@ class WalkService:
         return request
 
     def _prepare(self, request: WalkRequest, command: WalkCommand) -> WalkSetup:
-        """Everything for a walk that takes time to make."""
+        """A walk with all its parts that take time to make."""
         assert self._robot is not None
         body, cycle = self._robot
         parameters = self._gait_parameters(request)
@@ -393,5 +393,5 @@ def _clipped(wanted: Vec3 | None, walk: WalkSetup) -> str:
 
 
 def _sentence(text: str) -> str:
-    """With a capital and a full stop."""
+    """The text with a capital and a full stop."""
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."

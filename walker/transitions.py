@@ -39,7 +39,7 @@ Verb = Literal[
 
 
 class Situation(NamedTuple):
-    """All that decides a transition in one cycle."""
+    """Inputs of the transitions in one cycle."""
 
     state: State
     frame: SensorFrame
@@ -101,7 +101,7 @@ def _put_on_its_feet(s: Situation) -> bool:
 
 
 def _may_begin(s: Situation) -> bool:
-    """From a stand, from lying upright, or near to a stand that is approached."""
+    """A walk may begin from a stand, from lying upright, or near to a stand that is approached."""
     if not s.walk_ordered:
         return False
     if isinstance(s.state, Approaching):
@@ -138,9 +138,9 @@ TRANSITIONS: Final = (
     # Last: the successor takes this cycle, and nothing before has seen it.
     Transition(("approach",), lambda s: isinstance(s.state, Approaching) and s.state.done, "arrive"),
 )
-"""Before the state answers."""
+"""Rows before the state answers."""
 
 ENDINGS: Final = (
     Transition(("stopping",), lambda s: isinstance(s.state, Walking) and s.state.feet_closed, "stand"),
 )
-"""After the state answered."""
+"""Rows after the state answered."""

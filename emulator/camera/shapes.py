@@ -21,7 +21,7 @@ _PARALLEL: Final = 1e-12
 
 
 class Solid(Protocol):
-    """Something that can be seen."""
+    """A visible shape."""
 
     @property
     def hull(self) -> Array:

@@ -63,7 +63,7 @@ class CommandChannel:
 
     @property
     def empty(self) -> bool:
-        """Nothing is on the way."""
+        """No command is on the way."""
         return not self._on_the_way
 
     def apply_command_faults(

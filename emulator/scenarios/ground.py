@@ -25,7 +25,7 @@ class ScenarioTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
-"""How a robot can begin; their meaning: `emulator.start.START_POSES`."""
+"""Names of the start poses; their meaning: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
 """Of a heightfield."""
@@ -47,7 +47,7 @@ class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
 
 
 class Start(ScenarioTable, frozen=True, kw_only=True):
-    """How the robot begins."""
+    """Start of the robot."""
 
     pose: StartName = "stand"
     """`stand`: in `posture`, its soles parallel to the floor; or sitting, lying, hanging, see

@@ -188,7 +188,7 @@ def _bumped(side: Side, rim: Iterable[Vec3]) -> set[str]:
 
 
 class Sensors:
-    """Everything that measures.
+    """All sensors of a robot.
 
     Every sensor, and in it every effect, has a generator of its own: switching one effect on changes no other.
 

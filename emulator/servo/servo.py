@@ -71,7 +71,7 @@ class MotorHeat:
         self._heating = heating
         self._rise = heating.rise / nominal**2
         self.levels = (heating.warm, heating.hot, heating.critical)
-        """At which the status changes, degrees Celsius."""
+        """Temperature at which the status changes, degrees Celsius."""
 
     def update(self, mean_square_torque: Array, dt: float) -> None:
         """Heat and cool for a while.

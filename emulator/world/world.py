@@ -57,7 +57,7 @@ class WorldBox:
 
 @dataclass(frozen=True)
 class Thing:
-    """Something to be seen, and not to be touched."""
+    """A thing that can be seen, not touched."""
 
     kind: ThingKind
     size: float
@@ -108,7 +108,7 @@ class World:
 
     @property
     def uneven(self) -> bool:
-        """Something is fixed on the floor."""
+        """Whether any box is fixed on the floor."""
         return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
 
     def set_surface(self, surface: Surface) -> None:

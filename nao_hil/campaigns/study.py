@@ -26,7 +26,7 @@ _DONE: Final = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED
 
 
 class Range(NamedTuple):
-    """Where a parameter may be."""
+    """Range of a parameter."""
 
     low: float
     high: float

@@ -23,7 +23,7 @@ SENSORS: Final = ("gyroscope", "accelerometer", "fsr")
 
 
 class JointFollowing(msgspec.Struct, frozen=True, kw_only=True):
-    """How a joint followed its command."""
+    """Tracking of a command by a joint."""
 
     tracking_error: float
     """RMS, rad."""

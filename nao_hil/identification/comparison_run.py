@@ -1,4 +1,4 @@
-"""From a recording to its comparison with an emulated robot."""
+"""Comparison of a recording with an emulated robot."""
 
 from __future__ import annotations
 

@@ -168,7 +168,7 @@ def _fill(commands: Array, parts: Sequence[_Part], body: Body) -> None:
 
 
 def _blend(begin: Array, end: Array, count: int) -> Array:
-    """From one pose to another, at rest at both, (count, joints)."""
+    """Motion from one pose to another, at rest at both, (count, joints)."""
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, count + 1) / count)
     return np.asarray(begin + share[:, None] * (end - begin))
 

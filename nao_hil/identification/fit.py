@@ -40,7 +40,7 @@ _EPSILON: Final = 1e-7
 _STEADY_STIFFNESS_CHANGE: Final = 0.02
 """Change of the stiffness that does not matter."""
 LEGS: Final = frozenset(joint for joints in LEG_JOINTS.values() for joint in joints)
-"""Not used while they carry the robot."""
+"""Joints not used while they carry the robot."""
 
 
 def useful(body: Body, signals: Signals, joints: Sequence[str]) -> NDArray[np.bool_]:
@@ -121,7 +121,7 @@ _CHANGE: Final = {
     "gear_relaxation": 1e-3,
     "backlash": 5e-4,
 }
-"""By which derivatives are taken, in the parameters' units; also their scale."""
+"""Steps of the derivatives, in the parameters' units; also their scale."""
 _UPPER_BOUNDS: Final = {
     "delay": 0.15,
     "full_voltage_error": 1.0,
@@ -185,7 +185,7 @@ class Fit:
     predicted: Array
     """Angles of the model, (n, joints), the encoders' zeros included, rad."""
     samples: Array
-    """Those that counted, (n, joints), as numbers."""
+    """Samples that count, (n, joints), as numbers."""
 
     @property
     def _model_error(self) -> Array:
@@ -286,7 +286,7 @@ class _Problem:
         self.start = np.array([*self._guess(signals), *np.zeros(len(zeros))])
 
     def _guess(self, signals: Signals) -> list[float]:
-        """Where to begin: the base, and the hysteresis of each group's first joint for its backlash."""
+        """Start of the search: the base, and the hysteresis of each group's first joint for its backlash."""
         guess = [float(getattr(self._base, name)) for name in GLOBAL]
         for group in self.groups:
             column = INDEX[next(joint for joint in self._joints if _group(joint) == group)]
@@ -319,7 +319,7 @@ class _Problem:
         return np.asarray(found.x)
 
     def start_from(self, other: _Problem, x: Array) -> Array:
-        """Where to begin when a part of the recording, `other`, has been solved by `x`."""
+        """Start of the search when a part of the recording, `other`, has been solved by `x`."""
         known = dict(zip(other.names, x.tolist(), strict=False))
         own = [known.get(name, value) for name, value in zip(self.names, self.start.tolist(), strict=False)]
         return np.array([*own, *x[len(other.names) :]])
@@ -349,7 +349,7 @@ class _Problem:
         return self._scaled(self._angles(x) + x[len(self.names) :] - self._measured)
 
     def jacobian(self, x: Array) -> Array:
-        """By differences; all backlashes at once, because a joint has only its own."""
+        """The Jacobian by differences; all backlashes at once, because a joint has only its own."""
         before = self._angles(x)
         count = len(self.names)
         owner = np.nonzero(self._samples.T)[0]

@@ -1,4 +1,4 @@
-"""From a recording to the wear profile of its robot, and its file."""
+"""Wear profile of a robot from its recording, and the profile's file."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def _assumed(fitted: Sequence[str]) -> list[str]:
 
 
 def _under_command(body: Body, signals: Signals) -> Signals:
-    """From where every joint has a command; one without any holds its first angle, an absent one is at 0."""
+    """The rows since every joint has a command; one without any holds its first angle, an absent one 0."""
     absent = absent_joints(body)
     present = [number for number, joint in enumerate(JOINTS) if joint not in absent]
     known = np.isfinite(signals.command[:, present])

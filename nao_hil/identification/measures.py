@@ -1,4 +1,4 @@
-"""How a joint follows its command: tracking error, delay and hysteresis; spectra of sensors."""
+"""Measures of a joint's tracking: error, delay and hysteresis; spectra of sensors."""
 
 from __future__ import annotations
 

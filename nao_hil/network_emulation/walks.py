@@ -48,7 +48,7 @@ class NetworkWalk(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def note(self) -> str:
-        """How it ended, in a word."""
+        """The end in a word."""
         if self.fell:
             return "fell"
         return "walked" if self.done else "stopped" if self.stopped else "gave up"
@@ -90,7 +90,7 @@ class Pair:
         return self.walker
 
     def wait(self, timeout: float, stop: Callable[[], bool] = lambda: False) -> bool:
-        """Until the walker ended (True), the robot ended, `stop()`, or `timeout` s are over."""
+        """Wait until the walker ends (True), the robot ends, `stop()`, or `timeout` s are over."""
         deadline = time.monotonic() + timeout
         while self.walker.running and self.robot.running and time.monotonic() < deadline and not stop():
             time.sleep(0.05)

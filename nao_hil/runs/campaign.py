@@ -38,7 +38,7 @@ class Progress(Protocol):
     """Receiver of a campaign's progress."""
 
     def expect(self, runs: int) -> None:
-        """So many runs more."""
+        """Expect so many runs more."""
         ...
 
     def done(self, name: str, note: str) -> None:
@@ -95,7 +95,7 @@ class Campaign:
 
     @property
     def interrupted(self) -> bool:
-        """It was stopped: results may be incomplete."""
+        """The campaign was stopped: results may be incomplete."""
         return self._stop.is_set()
 
     def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:

@@ -29,7 +29,7 @@ class StridePush(msgspec.Struct, frozen=True, kw_only=True):
     impulse: float
     """N s"""
     direction: float = 0.0
-    """In which it pushes, in the torso's heading, rad: 0 forward, pi/2 to the left."""
+    """Direction of the push, in the torso's heading, rad: 0 forward, pi/2 to the left."""
     duration: float = 0.1
     """s"""
 
@@ -94,7 +94,7 @@ class WalkEvents:
         self._phase = message.phase
 
     def happen(self, time: float, controller: Controller) -> None:
-        """All that is due at a time of the walk, s."""
+        """Carry out the events due at a time of the walk, s."""
         while self._world_events and time >= self._world_events[0][0] - _TIME_TOLERANCE:
             self._executor.execute(self._world_events.pop(0)[1])
         while self._velocities and time >= self._velocities[0][0] - _TIME_TOLERANCE:

@@ -91,7 +91,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def end(self) -> WalkEnd:
-        """How it ended."""
+        """The end of a walk."""
         return msgspec.convert({name: getattr(self, name) for name in WalkEnd.__struct_fields__}, WalkEnd)
 
 

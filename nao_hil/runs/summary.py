@@ -118,7 +118,7 @@ class RunStatistics(Observer):
         self._resets = self._falls = self._recoveries = 0
         self._watch = FallWatch()
         self._was_lying = False
-        """It lay and has not got up."""
+        """The robot lay and has not got up."""
         self._tilt = 0.0
         self._before = _Sums()
         self._torso_max = 0.0
@@ -133,13 +133,13 @@ class RunStatistics(Observer):
         self._first: TruthFrame | None = None
         self._last: TruthFrame | None = None
         self._way_begin: TruthFrame | None = None
-        """Where the first walk began: on the way into its first posture the torso moves over the feet."""
+        """Frame at the first walk's beginning: before it, the torso moves over the feet."""
         self._way_end: TruthFrame | None = None
         """The last frame, or that of the fall: sliding after it is no walk."""
         self._turned_before = 0.0
         """Turn of the torso before the first walk, rad: meaningless while lying."""
         self._way = 0.0
-        """Up to the last corner of the path, m."""
+        """Length up to the last corner of the path, m."""
         self._corner: TruthFrame | None = None
         self._fell = False
         self._steps_before = self._step = 0
@@ -188,7 +188,7 @@ class RunStatistics(Observer):
             self._motion.end()
 
     def _sums(self) -> _Sums:
-        """So far, over all resets."""
+        """Sums so far, over all resets."""
         first, last, end, before = self._first, self._last, self._way_end, self._before
         if first is None or last is None or end is None or self._last_frame is None:
             return before

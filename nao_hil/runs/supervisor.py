@@ -43,7 +43,7 @@ def free_endpoint() -> str:
 
 
 class ChildResult(NamedTuple):
-    """How a child ended."""
+    """The end of a child."""
 
     code: int
     result: dict[str, Any] | None

@@ -72,7 +72,7 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
-    """How it ended."""
+    """The end of a walk."""
 
     ending: Ending
     """`gave up`: the walker detected a fall by mistake, and lies still."""
@@ -192,7 +192,7 @@ class _WalkObserver(Observer):
         return self._time >= self._task.duration - 1e-9
 
     def end(self) -> WalkEnd:
-        """How it ended."""
+        """The end of the walk."""
         time, truth = self._fallen or (max(self._time, 0.0), self._truth)
         ending: Ending = "fell" if self._fallen else "walked"
         if self._fallen is None and time < self._task.duration - 1e-9:

@@ -1,4 +1,4 @@
-"""Who may open the page: each request is checked before it is answered.
+"""Access to the page: each request is checked before it is answered.
 
 A browser lets any web page of any site open a WebSocket to this machine, and lets a site point its own name at
 127.0.0.1 (DNS rebinding). So the `Origin` of the handshake must be the page's own address, and on

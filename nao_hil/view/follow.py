@@ -186,12 +186,12 @@ class Follower:
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
         self._walker_ended: Notice | None = None
-        """That `nao-hil up` lost its walker."""
+        """Notice that `nao-hil up` lost its walker."""
         self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
 
     def run(self) -> None:
-        """Until `stop` is set.
+        """Show until `stop` is set.
 
         Raises:
             ConfigurationError: not an endpoint.

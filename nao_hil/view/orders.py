@@ -22,7 +22,7 @@ from nao_hil.drive.session import Session, Walker
 from nao_hil.view.live import Commands
 
 JOINT_RATE: Final = 1.0
-"""At which a joint moves to where its slider is, rad/s."""
+"""Speed of a joint towards its slider's angle, rad/s."""
 CONNECT_TIMEOUT: Final = 3.0
 """s for a robot to answer."""
 RESTART: Final = "restart"

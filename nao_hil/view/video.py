@@ -25,7 +25,7 @@ MILLISECOND: Final = 1_000_000
 WRITING_APP: Final = f"nao-hil {__version__}".encode()
 CHROMIUM: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 SOFTWARE: Final = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""It draws without a graphics card."""
+"""Options for drawing without a graphics card."""
 SIZE: Final = (1280, 720)
 """Pixels."""
 PICTURE_RATE: Final = 30
@@ -42,7 +42,7 @@ class EncodedPicture(NamedTuple):
     time: int
     """In the video, ms."""
     key: bool
-    """It needs no other one; the first must be one."""
+    """Needs no other one; the first must be one."""
     data: bytes
 
 
@@ -88,7 +88,7 @@ def _cluster(group: Sequence[EncodedPicture]) -> bytes:
 
 
 def _cues(times: Sequence[int], places: Sequence[int]) -> bytes:
-    """Where the clusters begin."""
+    """Starts of the clusters."""
     points = [
         _element("BB", _number("B3", time) + _element("B7", _number("F7", 1) + _number("F1", place)))
         for time, place in zip(times, places, strict=True)

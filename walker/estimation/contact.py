@@ -27,7 +27,7 @@ from walker.gaits.plan import OTHER_SIDE, Plan, Support
 
 
 class ContactParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When a foot counts as touching the ground, by the sum of its four force sensors."""
+    """Thresholds of a foot's contact, on the sum of its four force sensors."""
 
     on: Positive = 3.0
     """Sum above which a foot in the air counts as touching, N: 6 % of the weight, over the sensors' noise and

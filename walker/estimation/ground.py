@@ -46,7 +46,7 @@ class Corrections(NamedTuple):
 
 
 class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the ground's tilt is found."""
+    """Parameters of the estimate of the ground's tilt."""
 
     time_constant: Positive = 0.7
     """Of the mean over the standing soles before the first step, s."""

@@ -105,7 +105,7 @@ class Pendulum(NamedTuple):
     omega: float
     """Natural frequency, 1/s."""
     target: Foothold
-    """Where the step under way ends."""
+    """Foothold at the end of the step under way."""
     moved: tuple[float, float] = (0.0, 0.0)
     """Shift by feedback since the beginning, that of its footholds included, m."""
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -212,7 +212,7 @@ class Feedback(NamedTuple):
     heading: float = 0.0
     """Of the robot less that of the plan, since the walk began, rad."""
     velocity: Vec2 = (0.0, 0.0)
-    """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
+    """Correction of the command for walking at the commanded velocity, forward and to the left, m/s."""
     extend_step: bool = False
     """The step under way must not end: the robot is on the outer edge of its stance foot."""
     capture_step: CaptureStep | None = None

@@ -1,4 +1,4 @@
-"""From a plan in the walk frame to joint angles: place the torso, then solve the legs.
+"""Inverse kinematics of a plan in the walk frame: place the torso, then solve the legs.
 
 The torso stays upright, and its place follows from the planned centre of mass, which the thesis takes as
 fixed in the torso (3.3.1). Taken from the standing pose, it is 15 mm off towards the swing leg in single

@@ -51,7 +51,7 @@ Less than one cell reads at most, 25 N (range of the data sheet): a robot may be
 
 
 class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the capture point is filtered and predicted."""
+    """Parameters of the capture point's filter and prediction."""
 
     latency: NotNegative = 0.04
     """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
@@ -297,7 +297,7 @@ class LandedFootBalance:
         """Turn of the landed sole about x at which its ankle brings the centre of pressure to its place, rad;
         None: the robot is not on that foot alone."""
         self.damping: Vec2 = (0.0, 0.0)
-        """To add to the turns of both soles, roll and pitch, rad."""
+        """Addition to the turns of both soles, roll and pitch, rad."""
 
     @property
     def stands(self) -> bool:

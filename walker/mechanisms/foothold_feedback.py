@@ -39,7 +39,7 @@ _LARGEST_MISS: Final = 0.02
 
 
 class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the deviation is filtered and predicted."""
+    """Parameters of the deviation's filter and prediction."""
 
     latency: NotNegative = 0.04
     """From a command to the motion that the encoders report, s; the deviation is predicted over it."""

@@ -54,7 +54,7 @@ _STEPS_PER_STRIDE: Final = 2
 
 
 class VelocityHoldParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How fast the error is learnt."""
+    """Rate and bound of the learning."""
 
     gain: NotNegative = 0.2
     """Share of a stride's error that is learnt at each step."""

@@ -18,7 +18,7 @@ from walker.states.state import State, StateName, legs_hold
 _LEG_POSE: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
 """Of both legs, rad: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
 _HIP_COUNTER_TURN: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
-"""By which the hips of both legs turn the way of the fall, rad: the torso turns back over the legs and
+"""Turn of the hips of both legs in the direction of the fall, rad: the torso turns back over the legs and
 leans later. The ranges of HipPitch and HipRoll leave no more."""
 _HEAD_PITCH: Final = {"front": -0.65, "back": 0.5}
 """HeadPitch: the face away from the ground, or the chin on the chest (NaoTH turns it the same ways)."""

@@ -67,7 +67,7 @@ class BumplessTransfer:
 
     @property
     def done(self) -> bool:
-        """Nothing is left."""
+        """The jump has decayed."""
         return self._t >= TRANSFER_TIME
 
     def apply(self, angles: tuple[float, ...], dt: float) -> tuple[float, ...]:

@@ -32,7 +32,7 @@ _HEIGHTFIELD_DEPTH: Final = 0.05
 
 @dataclass
 class _Object:
-    """Something in the scene."""
+    """A thing in the scene."""
 
     pose: Pose
     """Pose when added: fixed things in the floor frame, others in the world."""

@@ -1,4 +1,4 @@
-"""Where the runs of a campaign are carried out: in this process, in local processes, on a dask cluster."""
+"""Executors of a campaign's runs: in this process, in local processes, on a dask cluster."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Executor", "Finished", "Job", "RunFailed", "WorkerRefused", "local_w
 
 
 class InlineExecutor:
-    """This process; a stop waits for the job that is under way.
+    """Runs in this process; a stop waits for the job that is under way.
 
     Args:
         stop: Once set, no further job is begun.

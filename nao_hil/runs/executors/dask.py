@@ -180,7 +180,7 @@ class DaskExecutor:
         self._threads = 0
         self._counted = -COUNT_INTERVAL
         self._alone: float | None = None
-        """Since when there is no worker, s."""
+        """Beginning of the time without a worker, s."""
 
     def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
         """As `Executor.run`."""

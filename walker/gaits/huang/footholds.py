@@ -59,7 +59,7 @@ class Footholds:
         return Placement(x, ground.at(x, self._sides(y)), ground.slope)
 
     def next(self, stance: float, y: float) -> Placement:
-        """Where to land ahead of a stance foot.
+        """Foothold of the swing foot ahead of a stance foot.
 
         Args:
             stance: x of the stance foot, m.

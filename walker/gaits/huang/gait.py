@@ -118,12 +118,12 @@ class HuangFoot:
     path: FootPath | None = None
     """Its newest swing."""
     began: float = 0.0
-    """When that began, s of the walk."""
+    """Beginning of its swing, s of the walk."""
 
 
 @dataclass(frozen=True, slots=True)
 class HuangState:
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     left: HuangFoot
     right: HuangFoot
@@ -133,7 +133,7 @@ class HuangState:
     """The hip's motion under way."""
     stage: Stage = "stand"
     began: float = 0.0
-    """When the piece began, in the time of the walk."""
+    """Beginning of the piece, in the time of the walk."""
     t: float = 0.0
     """Since then."""
     carry: float = 0.0
@@ -187,7 +187,7 @@ class HuangGait:
         ground = parameters.ground.stretched(1.0 / parameters.progress)
         self.parameters = parameters = msgspec.structs.replace(parameters, ground=ground, progress=1.0)
         self.choice = choice_of(parameters, body)
-        """Where the hip is at the ends of single support."""
+        """Places of the hip at the ends of single support."""
         self._shape, self.bodies = FootShape.of(body), Bodies(body, ARMS)
         half_width = max(abs(y) for _, y in body.foot.sole)
         self._footholds = Footholds(parameters, self._shape, half_width)
@@ -198,7 +198,7 @@ class HuangGait:
         check_walk(parameters, body, self._trial())
 
     def initial(self) -> HuangState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         left, right = self._initial_feet()
         piece = self._pieces.stand(0.0, self._level(left))
         return HuangState(HuangFoot(left), HuangFoot(right), self.parameters.first_swing, piece)

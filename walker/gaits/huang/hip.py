@@ -35,7 +35,7 @@ from walker.gaits.huang.spline import Cubic, even, joined, periodic
 
 
 class Choice(NamedTuple):
-    """Where the hip is at the ends of single support and, sideways, in its middle; see `HuangParameters`, m."""
+    """Places of the hip at the ends of single support and, sideways, in its middle, m; see `HuangParameters`."""
 
     x_sd: float
     x_ed: float
@@ -81,7 +81,7 @@ class ShippedPlan(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 def choice_of(p: HuangParameters, body: Body) -> Choice:
-    """Where the hip is at the ends and in the middle of single support.
+    """Places of the hip at the ends and in the middle of single support.
 
     Args:
         p: parameters; the numbers that they name are taken as they are.

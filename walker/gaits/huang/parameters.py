@@ -27,7 +27,7 @@ class HuangParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_
     T_d: _Time
     """Double support at its beginning, s."""
     T_m: _Time
-    """When the swing foot is highest, from the beginning of its cycle, s."""
+    """Time of the swing foot's highest point, from the beginning of its cycle, s."""
     D_s: _Length
     """Length of a step, m."""
     l_FA: _Length

@@ -41,7 +41,7 @@ REST: Final[Vec3] = (0.0, 0.0, 0.0)
 
 
 class OmniState(NamedTuple):
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     stance: Foothold
     """Of the stance foot, or of the first one."""
@@ -50,7 +50,7 @@ class OmniState(NamedTuple):
     swing: Side
     """The other foot."""
     target: Foothold
-    """Where the swing under way ends."""
+    """Foothold at the end of the swing under way."""
     com: Vec2
     xi: Vec2
     """Capture point."""
@@ -71,9 +71,9 @@ class OmniState(NamedTuple):
     capture_step: bool = False
     """The step under way, or the last one, is a capture step: it follows the measured capture point."""
     backward: bool = False
-    """That capture step is backward."""
+    """The capture step is backward."""
     adjustment: Vec2 = (0.0, 0.0)
-    """By which feedback moved the target, m."""
+    """Shift of the target by feedback, m."""
     com_offset: Vec2 = (0.0, 0.0)
     """Planned centre of mass less the pendulum's, m."""
     moved: Vec2 = (0.0, 0.0)
@@ -126,7 +126,7 @@ class OmniGait:
         self._endless_walk = lru_cache(maxsize=4)(self._find_endless_walk)
 
     def initial(self) -> OmniState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         swing, half = self._p.first_swing, 0.5 * self._p.l_FA
         stance, liftoff_pose = (Foothold(0.0, -SIGN[swing] * half), Foothold(0.0, SIGN[swing] * half))
         com = (self._p.zmp_x, 0.0)

@@ -96,7 +96,7 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
 
     @property
     def velocity(self) -> Vec3:
-        """Where none is commanded, m/s, m/s, rad/s."""
+        """The velocity without a command, m/s, m/s, rad/s."""
         return self.v_x, self.v_y, self.v_yaw
 
     def with_velocity(self, velocity: Vec3) -> OmniParameters:

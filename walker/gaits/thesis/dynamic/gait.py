@@ -39,13 +39,13 @@ _TRIAL_STEPS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class DynamicState:
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     left: SolePose
     """Of the left sole, or its last one before the swing under way."""
     right: SolePose
     landing: SolePose
-    """Where the swing under way ends."""
+    """Pose at the end of the swing under way."""
     stance: Side
     """The foot of the single support under way, or of the next one."""
     tau: tuple[float, float] = (0.0, 0.0)
@@ -91,7 +91,7 @@ class DynamicGait:
         check_legs(parameters, body, (plan for plan, _ in dry_walk(self, _TRIAL_INTERVAL, _TRIAL_STEPS)))
 
     def initial(self) -> DynamicState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         left, right = SolePose(0.0, self._p.d_0), SolePose(0.0, -self._p.d_0)
         return DynamicState(left, right, landing=left, stance=OTHER_SIDE[self._p.first_swing])
 

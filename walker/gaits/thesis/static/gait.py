@@ -53,7 +53,7 @@ _SUPPORT: Final[dict[Phase, Support]] = {"SSL": "L", "SSR": "R"}
 
 @dataclass(frozen=True, slots=True)
 class StaticState:
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     left: SolePose
     """Of the left sole, or its last one before the swing under way."""
@@ -65,7 +65,7 @@ class StaticState:
     com_end: Vec2
     """Centre of mass at the end of a double support."""
     landing: SolePose
-    """Where the swing under way ends."""
+    """Pose at the end of the swing under way."""
     phase: Phase = "stand"
     t: float = 0.0
     """Since the beginning of the phase."""
@@ -100,7 +100,7 @@ class StaticGait:
         self._check_margin(body)
 
     def initial(self) -> StaticState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         half = 0.5 * self._p.l_FA
         left, right = SolePose(0.0, half), SolePose(0.0, -half)
         com = self._middle(left, right)
