@@ -312,9 +312,8 @@ def _measured(types: _Types, rows: dict[str, Rows]) -> tuple[dict[str, Array], t
         measured["accelerometer"], notes = specific_force(measured["accelerometer"], measured.get("angle"))
     if forces:
         measured["fsr"] = GRAVITY * _forces(types, forces)
-    return {
-        name: np.where(np.abs(values) < _OFF_ANGLE, values, np.nan) for name, values in measured.items()
-    }, notes
+    measured = {name: np.where(np.abs(v) < _OFF_ANGLE, v, np.nan) for name, v in measured.items()}
+    return measured, notes
 
 
 def _commands(types: _Types, request: Rows) -> dict[str, Array]:

@@ -143,7 +143,7 @@ _FINE_TOLERANCE: Final = 1e-4
 """Tolerance of the search on the whole."""
 _MAX_ZERO_ERROR: Final = 0.05
 """Largest zero error of an encoder in the search, rad."""
-_MIN_MOTION_TIME: Final = 2.0
+_MIN_TIME: Final = 2.0
 """Time that a group's joints must have moved alone, s."""
 _ROBUST_STEPS: Final = 3.0
 """Residuals beyond this many steps of the encoder count less than squared."""
@@ -267,8 +267,7 @@ class _Problem:
         self.groups = [
             group
             for group in groups
-            if sum(moved[i] for i, joint in enumerate(self._joints) if _group(joint) == group)
-            >= _MIN_MOTION_TIME
+            if sum(moved[i] for i, joint in enumerate(self._joints) if _group(joint) == group) >= _MIN_TIME
         ]
         self.names = (*GLOBAL, *(f"backlash.{group}" for group in self.groups))
         for i, joint in enumerate(self._joints):
@@ -371,9 +370,7 @@ class _Problem:
     def conclude(self, x: Array) -> Fit:
         """The fit, with its covariance."""
         jacobian, residuals = self.jacobian(x), self.residuals(x)
-        weight = 1.0 / np.sqrt(
-            1.0 + np.square(residuals / (_ROBUST_STEPS * np.sqrt(12.0)))
-        )  # soft_l1's derivative
+        weight = 1.0 / np.sqrt(1.0 + np.square(residuals / (_ROBUST_STEPS * np.sqrt(12.0))))  # of soft_l1
         information = jacobian.T @ (weight[:, None] * jacobian)
         inverse_information = np.linalg.pinv(information, hermitian=True)
         number = stretches(self._samples, self._longest).T[self._samples.T]

@@ -72,11 +72,8 @@ class GyroscopeHeading:
 
     def _update_bias(self, frame: SensorFrame, rate: float, dt: float) -> None:
         hip_yaw, loads = frame.position[_HIP_YAW], (sum(frame.fsr[:4]), sum(frame.fsr[4:]))
-        if (
-            abs(hip_yaw - self._hip_yaw) > _MAX_REST_TURN
-            or abs(rate) > _MAX_REST_RATE
-            or min(loads) < _MIN_LOAD_RATIO * max(loads)
-        ):
+        turns = abs(hip_yaw - self._hip_yaw) > _MAX_REST_TURN or abs(rate) > _MAX_REST_RATE
+        if turns or min(loads) < _MIN_LOAD_RATIO * max(loads):
             self._rest_time, self._hip_yaw = 0.0, hip_yaw
             return
         self._rest_time += dt
@@ -153,18 +150,15 @@ class Odometry:
         foot = self._robot.foot(in_torso, self.stance)
         sole = self._sole_pose(tilt @ foot)
         if self._start is not None:
-            torso = _transform_between(
-                middle_of_soles(self._robot, self._robot.place(in_torso, tilt)), self._start
-            )
+            torso = _transform(middle_of_soles(self._robot, self._robot.place(in_torso, tilt)), self._start)
             self._start = None
             self._stance_pose = self._sole_pose(torso @ tilt @ foot)
             self._initial_heading = self._stance_pose.yaw - sole.yaw
         if self._gyroscope is not None:
-            self._stance_pose = self._stance_pose._replace(
-                yaw=sole.yaw + self._initial_heading + self._gyroscope.update(frame)
-            )
+            yaw = sole.yaw + self._initial_heading + self._gyroscope.update(frame)
+            self._stance_pose = self._stance_pose._replace(yaw=yaw)
         # The stance sole keeps its place, and its heading where there is no gyroscope.
-        torso = _transform_between(sole, self._stance_pose) @ tilt
+        torso = _transform(sole, self._stance_pose) @ tilt
         torso[2, 3] += self._height_correction(torso @ foot, ground)
         pose = self._robot.place(in_torso, torso)
         left, right = sum(frame.fsr[:4]), sum(frame.fsr[4:])
@@ -202,7 +196,7 @@ def on_ground(at: Foothold) -> Transform:
     return homogeneous(R_yaw(at.yaw), (at.x, at.y, 0.0))
 
 
-def _transform_between(here: Foothold, there: Foothold) -> Transform:
-    """Transform on the ground that carries one foothold to another."""
+def _transform(here: Foothold, there: Foothold) -> Transform:
+    """Transform on the ground from one foothold to another."""
     x, y = Foothold(yaw=there.yaw - here.yaw).point(here.x, here.y)
     return on_ground(Foothold(there.x - x, there.y - y, there.yaw - here.yaw))

@@ -134,11 +134,8 @@ class DeviationEstimator:
         self._miss = measured.miss
         if before is None or then.support != before.support:
             yaw = then.foot(then.support).yaw
-            self._position, self._rate, self._stance_yaw = (
-                measured.com,
-                _turned(self._rate, self._stance_yaw - yaw),
-                yaw,
-            )
+            self._position, self._rate = measured.com, _turned(self._rate, self._stance_yaw - yaw)
+            self._stance_yaw = yaw
         elif dt > 0.0:
             innovation = measured.com - (self._position + dt * self._rate)
             self._position = self._position + dt * self._rate + self._p.position_gain * innovation

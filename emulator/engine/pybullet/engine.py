@@ -141,7 +141,7 @@ robot's contact forces alternating by 0.3 % from step to step; 1e-10 leaves 3e-5
 _WITHOUT_MASS: Final = 2
 """PyBullet's collision group of bodies without mass: rays with this mask hit the ground and not the robot."""
 _EVERYTHING: Final = -1
-_CLIP_RANGE: Final = (0.05, 5.0)
+_NEAR_FAR: Final = (0.05, 5.0)
 """Minimum and maximum distance that a camera sees, m."""
 
 
@@ -230,9 +230,7 @@ class BulletEngine(Engine):
         """See `Engine`."""
         width, height = camera.width, camera.height
         view = bullet.computeViewMatrix(camera.eye, camera.target, (0.0, 0.0, 1.0))
-        lens = bullet.computeProjectionMatrixFOV(
-            math.degrees(camera.field_of_view), width / height, *_CLIP_RANGE
-        )
+        lens = bullet.computeProjectionMatrixFOV(math.degrees(camera.field_of_view), width / height, *_NEAR_FAR)
         image: Any = bullet.getCameraImage(
             width, height, view, lens, renderer=bullet.ER_TINY_RENDERER, physicsClientId=self.client
         )[2]

@@ -24,15 +24,7 @@ from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from bridge.errors import ConfigurationError, LinkError
-from nao_hil.runs.executors.base import (
-    POLL_INTERVAL,
-    Finished,
-    Job,
-    RunFailed,
-    Versions,
-    WorkerRefused,
-    carry_out,
-)
+from nao_hil.runs.executors.base import Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
 
 ANSWER_TIMEOUT: Final = 5.0
 """s that a scheduler may take to answer."""
@@ -145,6 +137,8 @@ class Scheduler:
         """Close nothing: the cluster was not started here."""
 
 
+POLL_INTERVAL: Final = 0.2
+"""s between two checks for a stop."""
 SPARE_JOBS: Final = 16
 """Jobs under way beyond two for each worker, when new ones are submitted."""
 FEW_SPARE_JOBS: Final = 4

@@ -6,15 +6,8 @@ const RETRY_INTERVAL = 700; // ms from a lost connection to the next try
 const ANSWER_TIME = 6000; // ms for which an answer is shown
 // Numbers of the pads; `most` at the edge.
 const PADS = {
-  velocity: [
-    { label: "forward", unit: "m/s", initial: "0.00", most: 0.4 },
-    { label: "to the left", unit: "m/s", initial: "0.00", most: 0.2 },
-    { label: "turn", unit: "rad/s", initial: "0.00", most: 1.5 },
-  ],
-  push: [
-    { label: "forward", unit: "N s", initial: "0.00", most: 3 },
-    { label: "to the left", unit: "N s", initial: "1.00", most: 3 },
-  ],
+  velocity: [{ label: "forward", unit: "m/s", initial: "0.00", most: 0.4 }, { label: "to the left", unit: "m/s", initial: "0.00", most: 0.2 }, { label: "turn", unit: "rad/s", initial: "0.00", most: 1.5 }],
+  push: [{ label: "forward", unit: "N s", initial: "0.00", most: 3 }, { label: "to the left", unit: "N s", initial: "1.00", most: 3 }],
 };
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const DRIVE_KEYS = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };

@@ -69,9 +69,8 @@ class Footholds:
             ConfigurationError: no step up to D_max gets over an edge.
         """
         p = self._p
-        if not any(
-            stance - _EDGE_RANGE < edge < stance + _HORIZON * p.D_max + _EDGE_RANGE for edge in p.ground.edges()
-        ):
+        low, high = stance - _EDGE_RANGE, stance + _HORIZON * p.D_max + _EDGE_RANGE
+        if not any(low < edge < high for edge in p.ground.edges()):
             return self.place(stance + p.D_s, y)
         return self.place(stance + self._way(stance, y), y)
 

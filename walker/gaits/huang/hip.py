@@ -35,7 +35,7 @@ from walker.gaits.huang.spline import Cubic, even, joined, periodic
 
 
 class Choice(NamedTuple):
-    """Places of the hip at the ends of single support and, sideways, in its middle, m; see `HuangParameters`."""
+    """Hip at the ends of single support and, sideways, in its middle, m; see `HuangParameters`."""
 
     x_sd: float
     x_ed: float
