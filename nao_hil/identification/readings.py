@@ -155,7 +155,7 @@ def timing_notes(readings: Readings, cycle: float) -> tuple[str, ...]:
 
 
 def specific_force(accelerometer: Array, angle: Array | None) -> tuple[Array, tuple[str, ...]]:
-    """The accelerometer as specific force, of one that may show gravity instead or count in g.
+    """The accelerometer as specific force; the recorded one may show gravity instead or count in g.
 
     Args:
         accelerometer: (n, 3), m/s^2 or g.

@@ -1,4 +1,4 @@
-"""Results under the fingerprint of all that they depend on, so that none is computed twice; rows of walks."""
+"""Results under the fingerprint of their inputs, each computed once; rows of walks."""
 
 from __future__ import annotations
 

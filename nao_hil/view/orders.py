@@ -93,11 +93,11 @@ class Hand:
         body: Whose ranges they have.
         robot: Id of the robot.
         endpoint: Zenoh endpoint of the robot.
-        say: Called with a sentence when the robot is lost.
+        notify: Called with a sentence when the robot is lost.
     """
 
-    def __init__(self, body: Body, robot: str, endpoint: str, say: Callable[[str], None]) -> None:
-        self._body, self._robot, self._endpoint, self._say = body, robot, endpoint, say
+    def __init__(self, body: Body, robot: str, endpoint: str, notify: Callable[[str], None]) -> None:
+        self._body, self._robot, self._endpoint, self._notify = body, robot, endpoint, notify
         self._end: threading.Event | None = None
         self._held = threading.Event()
         self._wanted = np.zeros(len(JOINTS))
@@ -141,13 +141,13 @@ class Hand:
                 target = np.array(robot.frame.position)
                 self._wanted[:] = target
                 self._held.set()
-                self._say("The page holds the robot; its joints go where the sliders are.")
+                self._notify("The page holds the robot; its joints go where the sliders are.")
                 step = JOINT_RATE * self._body.cycle
                 while not end.is_set():
                     target += np.clip(self._wanted - target, -step, step)
                     robot.step(target)
         except NaoHilError as error:
-            self._say(str(error))
+            self._notify(str(error))
         self._held.clear()
         self._end = None
 

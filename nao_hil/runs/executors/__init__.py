@@ -46,7 +46,7 @@ def local_workers(cluster: str) -> int:
 
 
 def open_executor(
-    cluster: str, stop: threading.Event | None = None, say: Callable[[str], None] = lambda _: None
+    cluster: str, stop: threading.Event | None = None, notify: Callable[[str], None] = lambda _: None
 ) -> Executor:
     """An executor; it starts its processes, or connects to its scheduler, with the first job.
 
@@ -54,7 +54,7 @@ def open_executor(
         cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
             the scheduler of a dask cluster.
         stop: Once set, running jobs are given up.
-        say: Called with a sentence that names the cause of a wait.
+        notify: Called with a sentence that names the cause of a wait.
 
     Raises:
         ConfigurationError: none of these, or dask is not installed.
@@ -71,4 +71,4 @@ def open_executor(
         raise ConfigurationError(
             f"--cluster {cluster} needs {error.name}; install nao-hil[campaign], or say --cluster inline."
         ) from None
-    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop, say)
+    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop, notify)

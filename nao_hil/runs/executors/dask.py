@@ -163,13 +163,13 @@ class DaskExecutor:
     Args:
         connection: To the scheduler.
         stop: Once set, running jobs are given up.
-        say: Called with a sentence that names the cause of a wait.
+        notify: Called with a sentence that names the cause of a wait.
     """
 
     def __init__(
-        self, connection: SchedulerConnection, stop: threading.Event, say: Callable[[str], None]
+        self, connection: SchedulerConnection, stop: threading.Event, notify: Callable[[str], None]
     ) -> None:
-        self._connection, self._stop, self._say = connection, stop, say
+        self._connection, self._stop, self._notify = connection, stop, notify
         self._client: Any = None
         self._threads = 0
         self._counted = -COUNT_INTERVAL
@@ -221,7 +221,7 @@ class DaskExecutor:
             self._alone = None
         elif self._alone is None:
             self._alone = now
-            self._say(
+            self._notify(
                 f"{self._connection.address} has no worker; one is waited for, {MAX_LOST_TIME:.0f} s at most."
             )
         elif now - self._alone > MAX_LOST_TIME:
@@ -235,7 +235,7 @@ class DaskExecutor:
         until = time.monotonic() + (0.0 if first else MAX_LOST_TIME)
         if not first:
             address = self._connection.address
-            self._say(f"The scheduler at {address} is gone; it is looked for, {MAX_LOST_TIME:.0f} s at most.")
+            self._notify(f"The scheduler at {address} is gone; it is looked for, {MAX_LOST_TIME:.0f} s at most.")
         while not self._stop.is_set():
             try:
                 return self._connection.open()
