@@ -235,7 +235,8 @@ class DaskExecutor:
         until = time.monotonic() + (0.0 if first else MAX_LOST_TIME)
         if not first:
             address = self._connection.address
-            self._notify(f"The scheduler at {address} is gone; it is looked for, {MAX_LOST_TIME:.0f} s at most.")
+            bound = f"{MAX_LOST_TIME:.0f} s at most"
+            self._notify(f"The scheduler at {address} is gone; it is looked for, {bound}.")
         while not self._stop.is_set():
             try:
                 return self._connection.open()
