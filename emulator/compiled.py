@@ -1,6 +1,6 @@
 """Numerical loops as machine code: numba compiles them at their first call, no compiler is needed.
 
-The machine code is kept beside the sources, or in the user's cache folder where the sources cannot be written;
+The machine code is kept next to the sources, or in the user's cache folder where these cannot be written;
 `NUMBA_CACHE_DIR` names another folder. Where no folder can be written, every process compiles again.
 
 The first start of a fresh installation waits until all are compiled. So they are written as loops: the first
@@ -24,7 +24,7 @@ def compiled(function: Function, *, nogil: bool = False) -> Function:
     Args:
         function: To compile. The kept code is renewed when its own file changes, not when the file of a
             function that it calls does: delete `__pycache__` then.
-        nogil: It runs without Python's lock, beside other threads.
+        nogil: It runs without Python's lock, parallel to other threads.
     """
     kept: Function
     try:

@@ -1,7 +1,7 @@
 """The drives' part in a physics step: the equations of `emulator.servo.servo`, joint by joint, as machine code.
 
-Every constant of a drive is in its record beside its state, so that one array is all that a step takes: of one
-robot, or of many in one go.
+One record holds constants and state of a drive, so that a step takes one array: of one robot, or of many at
+once.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from bridge.types import Array
 from emulator.compiled import compilable, compiled
 
 BRUSH_REACH: Final = 0.001
-"""How far the brush of the dry friction bends, rad: less than one count of the encoder (assumed)."""
+"""Deflection of the dry friction's brush, rad: less than one count of the encoder (assumed)."""
 
 DRIVE: Final = np.dtype(
     [
@@ -39,7 +39,7 @@ DRIVE: Final = np.dtype(
             "droop",  # way that a torque takes away in a step, rad/(N m)
             # gear
             "half_backlash",  # rad
-            "reach",  # how far the motor can be from the joint, rad
+            "reach",  # largest angle between motor and joint, rad
             "memory",  # r = relaxation / step
             "spring",  # of motor and gear in series, N m/rad
             # dry friction
@@ -52,7 +52,7 @@ DRIVE: Final = np.dtype(
             "no_load_stride",  # way without load at full voltage in a step, rad
             "brake",  # fraction of the stall torque up to which the motor brakes at stiffness 0
             "compliance",  # of the gear, rad/(N m)
-            # for whoever sets them: requests, heat and faults
+            # set from outside: requests, heat and faults
             "next_request",  # of the angle, that `take_over` puts in force, rad
             "next_wanted",  # stiffness, likewise
             "wanted",  # stiffness asked for

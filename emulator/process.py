@@ -1,7 +1,7 @@
 """The robot's process: the DCM cycle in real time or in lockstep, and the queries of the link.
 
 Both modes put the answer to frame k in force for the cycle from k to k+1 and then publish frame k+1. In real
-time an answer that has not come when the wall clock reaches k+1 is missed, and the joints keep their last
+time an answer that is not there when the wall clock reaches k+1 is missed, and the joints keep their last
 target. The physics of the cycle runs at its beginning, right after frame k is out, if the drives delay requests
 by a cycle or more: the controller has the whole cycle, and frame k+1 leaves on its boundary. With faster drives
 (the profile `ideal`) the physics runs when the answer is there, and delays the frame. In lockstep the robot
@@ -24,12 +24,12 @@ from emulator.queries import DcmQueries, WorldQueries
 from emulator.robot import EmulatedRobot
 from emulator.timing import BoundaryQueue, CycleTimer
 
-RESEND = 0.2
-"""s; how often a robot in lockstep repeats the frame it waits on."""
+RESEND_INTERVAL = 0.2
+"""s; interval at which a robot in lockstep repeats an unanswered frame."""
 LONG_PAUSE = 0.5
-"""s; a pause of the process of this length is told."""
-IDLE = 0.005
-"""s; how often a robot in lockstep that was paused looks for commands to the world."""
+"""s; a pause of the process of this length is reported."""
+POLL_INTERVAL = 0.005
+"""s; interval at which a paused robot in lockstep polls for commands to the world."""
 
 
 class RobotProcess:
@@ -39,7 +39,7 @@ class RobotProcess:
         robot: the emulated robot.
         link: open link, robot side.
         guard: between every command and the robot.
-        observers: told of each cycle.
+        observers: called in each cycle.
         stop: set by a signal handler to end the run.
         dry_run: the guard's decisions are published, and none reaches the robot.
     """
@@ -82,7 +82,7 @@ class RobotProcess:
         self._publish()
         while not self._stop.is_set():
             self._run_events()
-            runs = not self._world.stands_still
+            runs = not self._world.paused
             if runs:
                 self._robot.run_ahead()
             before = timer.skipped
@@ -108,12 +108,12 @@ class RobotProcess:
         while not self._stop.is_set():
             self._run_events()
             self._commands.run()
-            if self._world.stands_still:
-                self._stop.wait(IDLE)
+            if self._world.paused:
+                self._stop.wait(POLL_INTERVAL)
             elif self._host.needs_cycle or (self._world.steps and self._link.holder is None):
                 self._cycle(self._link.commands(), supervised=self._link.leases.abandoned)
             else:
-                self._serve(self._link.wait_command(RESEND))
+                self._serve(self._link.wait_command(RESEND_INTERVAL))
         # So that a run that its controller ended has the same frames, however fast the stop follows.
         last = self._link.commands()
         if last:
@@ -131,17 +131,17 @@ class RobotProcess:
         self._publish_notices()
 
     def _serve(self, command: ActuatorFrame | None) -> None:
-        """One cycle, if this answers the present frame; the frame is sent again if nothing came at all."""
+        """One cycle, if this answers the present frame; without any answer the frame is sent again."""
         if command is None:
             self._host.rest_released(self._robot.frame.seq)
             self._link.publish(self._robot.frame)
-        elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
+        elif command.reply_to >= self._robot.frame.seq:  # older ones answer an earlier copy
             accepted = self._host.admit([command], self._robot.frame.seq)
-            # one that the guard refuses is an answer too: its sender waits for the next frame
+            # a refused answer counts too: its sender waits for the next frame
             self._run(accepted, supervised=False, answered=True)
 
     def _cycle(self, commands: Sequence[ActuatorFrame], *, supervised: bool) -> None:
-        """One cycle whether or not a command came."""
+        """One cycle, with or without a command."""
         self._run(self._host.admit(commands, self._robot.frame.seq), supervised=supervised)
 
     def _run(self, command: ActuatorFrame | None, *, supervised: bool, answered: bool = False) -> None:

@@ -1,6 +1,6 @@
 """The queries of a robot's process: commands to the world, and the DCM's.
 
-Each is checked in the thread it comes in, carried out at a cycle boundary, then answered.
+Each is checked in Zenoh's thread, carried out at a cycle boundary, then answered.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from emulator.timing import BoundaryQueue
 
 Handler = Callable[[bytes], bytes]
 MAX_STEP_WAIT: Final = 600.0
-"""s of wall clock that a `step` may take before its sender is told so."""
+"""s of wall clock that a `step` may take before its sender is answered with an error."""
 
 
 class DcmQueries:
@@ -46,8 +46,8 @@ class DcmQueries:
     Args:
         robot: touched at cycle boundaries only.
         boundary: where work waits for them.
-        require_lease: raises `LeaseRefused` unless the number is the lease's; the second argument names what
-            is refused.
+        require_lease: raises `LeaseRefused` unless the number is the lease's; the second argument names the
+            refused act.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class WorldQueries:
     Args:
         robot: Touched at cycle boundaries only.
         boundary: Where commands wait for them.
-        guard: Of the robot; it is told when the robot was put on its feet.
+        guard: Of the robot; informed when the robot is put on its feet.
     """
 
     def __init__(self, robot: EmulatedRobot, boundary: BoundaryQueue, guard: Guard) -> None:
@@ -133,16 +133,16 @@ class WorldQueries:
         self._steps = 0
         self._stepping: Future[WorldReply] | None = None
         self.restarted = False
-        """The robot was reset; whoever publishes its frames takes note and sets it back."""
+        """The robot was reset; the publisher of its frames notices and clears it."""
 
     @property
-    def stands_still(self) -> bool:
+    def paused(self) -> bool:
         """No cycle is to be run now."""
         return self._paused and self._steps == 0
 
     @property
     def steps(self) -> bool:
-        """Cycles that were asked for one by one are being run."""
+        """Cycles of a `step` command are running."""
         return self._steps > 0
 
     def answer(self, payload: bytes) -> bytes:
@@ -150,7 +150,7 @@ class WorldQueries:
 
         Raises:
             FrameError: not a command, or not possible in this world.
-            LinkError: the loop came to no boundary in time.
+            LinkError: the loop reached no boundary in time.
         """
         command = decode_command(payload, WorldCommand, "World command")
         if not isinstance(command, Step):
@@ -169,7 +169,7 @@ class WorldQueries:
                 self._end_steps("The cycles have run.")
 
     def close(self) -> None:
-        """The loop has ended: whoever waits for steps is told."""
+        """End the loop: waiting steps are answered."""
         self._end_steps("The robot's process ended.")
 
     def _execute(self, command: WorldCommand) -> WorldReply:
@@ -181,9 +181,9 @@ class WorldQueries:
             self._paused, text = False, "The world runs."
             self._end_steps("The world runs on.")
         elif isinstance(command, Reset):
-            self._end_steps("The world began anew.")
+            self._end_steps("The world begins again.")
             self._robot.reset()
-            self.restarted, text = True, "The world began anew."
+            self.restarted, text = True, "The world begins again."
         elif isinstance(command, StandUp):
             if self._guard.moves and not self._robot.truth().fell:
                 raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")
@@ -220,7 +220,7 @@ class WorldQueries:
             floor=robot.world.tilt,
             friction=robot.world.surface.friction,
             objects=robot.world_events.objects(),
-            things=robot.world.seen_things(),
+            things=robot.world.visible_things(),
             faults=robot.faults.names,
         )
 
@@ -249,14 +249,14 @@ def carry_out(robot: EmulatedRobot, command: WorldCommand) -> str:
         robot.sensors.touch.press(command.button, float(command.pressed))
         return f"Button {command.button} is {'pressed' if command.pressed else 'released'}."
     if isinstance(command, StandUp):
-        return "The robot was put back on its feet." + _taken_away(robot.stand_up())
+        return "The robot was put back on its feet." + _removed_text(robot.stand_up())
     if isinstance(command, LayDown):
         boxes = robot.lay_down(command.pose)
-        return f"The robot was put into the pose `{command.pose}`." + _taken_away(boxes)
+        return f"The robot was put into the pose `{command.pose}`." + _removed_text(boxes)
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
     return robot.world_events.execute(command)
 
 
-def _taken_away(boxes: tuple[str, ...]) -> str:
+def _removed_text(boxes: tuple[str, ...]) -> str:
     return "".join(f" Box `{name}` was there and was taken away." for name in boxes)

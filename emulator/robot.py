@@ -33,7 +33,7 @@ IDEAL: Final = WearProfile(name="ideal")
 class EmulatedRobot(Closing):
     """A NAO in a physics engine, behind its emulated DCM.
 
-    It starts in its posture with full stiffness and holds it until a command comes.
+    It starts in its posture with full stiffness and holds it until the first command.
 
     Args:
         body: Data sheet.
@@ -74,7 +74,7 @@ class EmulatedRobot(Closing):
         self.body = body
         self._seed = seed
         self.posture = start_posture(scenario.start.posture if posture is None else posture)
-        """Where it starts, and stands up to: 25 angles in frame order, rad."""
+        """Posture at the start and after `stand_up`: 25 angles in frame order, rad."""
         self._scenario = scenario
         self._wear = wear
         self._settle = round(settle / body.cycle)
@@ -107,16 +107,16 @@ class EmulatedRobot(Closing):
         placed_upright = upright(engine.robot.torso())
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
-        """Timed commands and aliases; actuator frames go through it too."""
+        """Timed commands and aliases; actuator frames pass through it too."""
         self._torso = engine.robot.torso()
         self.sensors = Sensors(body, wear.sensors, self.random, engine, charger=self._scenario.charger)
-        """Everything that measures; `sensors.touch` presses buttons."""
+        """All sensors; `sensors.touch` presses buttons."""
         self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
         self._let_settle()
         self.fell_over = placed_upright and not upright(self._torso)
-        """It was placed upright and fell before its first cycle."""
+        """Whether it was placed upright and fell before its first cycle."""
         self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
@@ -124,7 +124,7 @@ class EmulatedRobot(Closing):
         """Carries out the events in the world."""
         rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
         self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._notify)
-        """Faults in force and to come."""
+        """Faults in force and planned."""
         self._command = -1
         self._missed = 0
         self._ahead = False
@@ -137,7 +137,7 @@ class EmulatedRobot(Closing):
         place(self.world, self.body, self.posture, self._orientation, self._lift, at)
 
     def _require_room(self) -> None:
-        """Raises ConfigurationError where a box stands in the robot."""
+        """Raises ConfigurationError where a box overlaps the robot."""
         for name in self.world.boxes:
             if self.world.in_robot(name):
                 raise ConfigurationError(
@@ -146,7 +146,7 @@ class EmulatedRobot(Closing):
                 )
 
     def _let_settle(self) -> None:
-        """Run until the robot has settled into its start pose; one that does not stand is limp then."""
+        """Run until the robot has settled into its start pose; one that does not stand upright is limp then."""
         pose = self._start
         if pose is not None:
             self._release(pose)
@@ -184,7 +184,7 @@ class EmulatedRobot(Closing):
 
         Args:
             command: The newest command, or None: the last one stays in force.
-            expected: A controller was to serve this cycle; without an answer to its frame it counts as missed.
+            expected: A controller serves this cycle; without an answer to its frame it counts as missed.
 
         Returns:
             The frame of the new boundary.
@@ -243,7 +243,7 @@ class EmulatedRobot(Closing):
             self._ahead = True
 
     def run_stalled(self) -> bool:
-        """Run one cycle if the DCM stands still (a fault): no commands, no frame; False if it does not.
+        """Run one cycle if the DCM has stopped (a fault): no commands, no frame; False if it has not.
 
         `advance` does so by itself; who keeps to a wall clock calls this once per cycle before it.
         """
@@ -259,7 +259,7 @@ class EmulatedRobot(Closing):
         return True
 
     def _next_cycle(self) -> None:
-        """To the next boundary."""
+        """Run to the next boundary."""
         self._hands.run_cycle(self.body.cycle)
         self._ahead = False
         self._seq += 1
@@ -308,10 +308,10 @@ class EmulatedRobot(Closing):
         )
 
     def stand_up(self) -> tuple[str, ...]:
-        """Put the robot where it lies back on its feet, held in its start posture with full stiffness.
+        """Put a lying robot on its feet where it is, held in its start posture with full stiffness.
 
         Returns:
-            Names of the movable boxes that were there; they are taken away.
+            Names of the movable boxes in its place; they are removed.
         """
         x, y, _ = self.world.to_floor(self._torso.position)
         self.engine.robot.hold_torso(False)

@@ -1,6 +1,6 @@
 """Shell of a NAO: closed smooth surfaces, lofted from the data sheet's dimensions.
 
-An own design, for looks only: the parts that may touch the world have the shapes of `emulator.engine.shapes`.
+An own design, for pictures only: contacts use the shapes of `emulator.engine.shapes`.
 Lengths of limbs, places of joints and the sole's outline are the published ones; the cross-sections between
 them are drawn to suit them. Page, cameras and exported models show the same shell.
 """
@@ -185,7 +185,7 @@ def _head(body: Body) -> list[ColouredMesh]:
 
 
 def lamps(body: Body) -> dict[str, tuple[str, tuple[float, float, float], float]]:
-    """Where groups of LEDs shine: beginning of their names -> link, place there (m), radius (m)."""
+    """Places of groups of LEDs: beginning of their names -> link, place there (m), radius (m)."""
     r, height = body.shapes.head_radius, body.shapes.head_height
     front = 1.22 * 0.5 * body.shapes.torso_depth + 0.004
     found: dict[str, tuple[str, tuple[float, float, float], float]] = {

@@ -29,11 +29,11 @@ from emulator.scenarios.model import Scenario, terrain_of
 from emulator.world.events import WorldEvent
 from emulator.world.world import SURFACES, World
 
-_FOUNDATION = 0.02
+_FOUNDATION_DEPTH = 0.02
 """Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
 
 
-def lay_terrain(world: World, terrain: Terrain) -> None:
+def add_terrain(world: World, terrain: Terrain) -> None:
     """Fix tiles and heightfield on the floor of a world."""
     scene = world.engine.scene
     if terrain.grid is not None:
@@ -41,8 +41,8 @@ def lay_terrain(world: World, terrain: Terrain) -> None:
         heights = np.array(grid.heights, dtype=np.float64)
         scene.add_heightfield("terrain grid", heights, grid.spacing, (*grid.centre, 0.0))
     for number, tile in enumerate(terrain.tiles):
-        size = (tile.edge, tile.edge, tile.height + _FOUNDATION)
-        pose = Pose((*tile.at, size[2] / 2.0 - _FOUNDATION))
+        size = (tile.edge, tile.edge, tile.height + _FOUNDATION_DEPTH)
+        pose = Pose((*tile.at, size[2] / 2.0 - _FOUNDATION_DEPTH))
         scene.add_box(f"terrain tile {number}", size, pose)
     world.terrain = terrain
 
@@ -62,7 +62,7 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
     if floor.stiffness is not None:
         surface = replace(surface, stiffness_per_area=floor.stiffness)
     world = World(engine, surface, math.radians(floor.roll), math.radians(floor.pitch))
-    lay_terrain(world, terrain_of(scenario, random))
+    add_terrain(world, terrain_of(scenario, random))
     for box in scenario.boxes:
         world.add_box(
             box.name,
@@ -75,7 +75,7 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
         )
     for thing in scenario.things:
         yaw = math.radians(thing.yaw)
-        world.put_thing(thing.name, thing.kind, thing.at, yaw, thing.height, thing.size)
+        world.place_thing(thing.name, thing.kind, thing.at, yaw, thing.height, thing.size)
     return world
 
 
@@ -130,12 +130,12 @@ _ARMS_DOWN: Final = {
 _ARMS_AHEAD: Final = {"RShoulderPitch": 0.6, "LShoulderRoll": 0.2, "RShoulderRoll": -0.2}
 """Of a robot on its side: with the arms down it would roll onto its front."""
 _H: Final = 0.7071067811865476
-HOOK: Final = 0.10
+HOOK_CLEARANCE: Final = 0.10
 """Height of the lowest point of a hanging robot over the floor, m."""
 
 
 class StartPose(NamedTuple):
-    """How a robot begins that does not stand."""
+    """A start other than standing."""
 
     angles: tuple[float, ...]
     """25 in frame order, rad."""
@@ -167,11 +167,11 @@ START_POSES: Final[dict[str, StartPose]] = {
     "lie-back": StartPose(_straight(), (0.0, -_H, 0.0, _H), 0.0),
     "lie-front": StartPose(_straight(), (0.0, _H, 0.0, _H), 0.0),
     "lie-side": StartPose(_straight(_ARMS_AHEAD), (-_H, 0.0, 0.0, _H), 0.0),
-    "hang": StartPose(_straight(), ORIGIN.orientation, 0.0, height=HOOK, held=True),
+    "hang": StartPose(_straight(), ORIGIN.orientation, 0.0, height=HOOK_CLEARANCE, held=True),
 }
 """By name; `stand` is the scenario's posture, stiff. On its side the robot lies on the left arm.
 
-Legs straight and arms down are rUNSWift's pose for a robot that lies.
+Legs straight and arms down are rUNSWift's pose for a lying robot.
 """
 
 

@@ -1,7 +1,7 @@
 """The boundaries of the DCM cycle: deadlines of the wall clock, counted misses, and work of other threads.
 
-Queries come in Zenoh's threads; the robot belongs to its loop. A handler checks its own part, hands the rest to
-the queue here, and sleeps until the loop has done it between two cycles.
+Queries arrive in Zenoh's threads; the robot belongs to its loop. A handler checks its own part, queues the
+rest here, and sleeps until the loop has done it between two cycles.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ NANOSECONDS: Final = 1_000_000_000
 
 
 class CycleTimes(msgspec.Struct, frozen=True, kw_only=True):
-    """How well the cycles kept to the wall clock so far."""
+    """Punctuality of the cycles so far, by the wall clock."""
 
     cycles: int
-    """Deadlines that were waited for."""
+    """Deadlines that the loop waited for."""
     skipped: int
-    """Deadlines that had passed altogether when the cycle came back to wait, and were left out."""
+    """Deadlines already over when the loop began to wait, left out."""
     lateness: Percentiles
     """Wake-up after the deadline."""
     work: Percentiles
@@ -39,7 +39,7 @@ class CycleTimer:
     """Divides wall-clock time into cycles by absolute deadlines, so that lateness never adds up.
 
     A deadline that has already passed is taken at once, late. When a whole period or more has passed since
-    it, the deadlines in between are counted as skipped and left out: a robot that stalled goes on in the
+    it, the deadlines in between are counted as skipped and left out: a stalled robot continues in the
     present and never runs cycles in a burst.
 
     Args:
@@ -97,12 +97,12 @@ class CycleTimer:
 
     @property
     def skipped(self) -> int:
-        """Deadlines left out since the timer was made."""
+        """Deadlines left out since the timer began."""
         return self._skipped
 
     @property
     def times(self) -> CycleTimes:
-        """Counters and percentiles since the timer was made."""
+        """Counters and percentiles since the timer began."""
         return CycleTimes(
             cycles=self._cycles,
             skipped=self._skipped,
@@ -114,14 +114,14 @@ class CycleTimer:
 T = TypeVar("T")
 
 MAX_WAIT: Final = 0.8
-"""s a handler waits for the next boundary; a controller waits longer for its answer, and so hears why."""
+"""s a handler waits for the next boundary; a controller waits longer for its answer, and so gets the reason."""
 
 
 class BoundaryQueue:
     """Calls waiting for the next cycle boundary; any thread may put them in, the loop's thread runs them.
 
     Args:
-        wake: called after a call was put in, so that a loop that waits for something else looks here.
+        wake: called after a call is queued, so that a loop that waits for something else checks the queue.
         max_wait: s that a caller waits.
     """
 
@@ -133,7 +133,7 @@ class BoundaryQueue:
         """The result of `work`, done by the loop at its next boundary; an exception of it is raised here.
 
         Raises:
-            LinkError: the loop came to no boundary in time; the work is then never done.
+            LinkError: the loop reached no boundary in time; the work is then never done.
         """
         done: Future[T] = Future()
         self._waiting.put((done, work))

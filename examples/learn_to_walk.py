@@ -13,7 +13,7 @@ import numpy as np
 from walk_learnt import leg_angles
 
 import nao_hil.envs  # noqa: F401 (registers the environments)
-from nao_hil.envs.tasks import REACH
+from nao_hil.envs.tasks import ACTION_RANGE
 
 NAMES = ("frequency", "lift", "sway", "sway_phase", "stride", "lean", "roll_gain", "pitch_gain")
 START = np.array([1.7, 0.2, 0.08, 0.4, 0.02, 0.0, 0.0, 0.0])
@@ -22,8 +22,8 @@ WIDTH = np.array([0.2, 0.04, 0.03, 0.3, 0.05, 0.03, 0.03, 0.03])
 
 
 def actions(theta: np.ndarray, observation: np.ndarray, when: float) -> np.ndarray:
-    """Leg angles over `REACH`, (N, 11); theta (N, 8), observation (N, n), when in s."""
-    return leg_angles(theta, observation[:, 61:64], when, min(when, 1.0)) / REACH
+    """Leg angles over `ACTION_RANGE`, (N, 11); theta (N, 8), observation (N, n), when in s."""
+    return leg_angles(theta, observation[:, 61:64], when, min(when, 1.0)) / ACTION_RANGE
 
 
 def scores(env: gymnasium.vector.VectorEnv, theta: np.ndarray, seed: int, seconds: float) -> np.ndarray:

@@ -36,7 +36,7 @@ def require_names(**names: object) -> None:
     """See that arguments are names, whose default None would silently take.
 
     Args:
-        names: argument -> what was given for it.
+        names: argument -> its value.
 
     Raises:
         ConfigurationError: one is no text.

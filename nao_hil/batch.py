@@ -132,8 +132,7 @@ class Batch:
             position: Joint angles, rad, (N, 25), or (25,) for all robots, in the order of `nao_hil.JOINTS`;
                 clipped to the joints' ranges.
             stiffness: 0..1, negative, to -1: the motor is off; a number for all joints, (25,) or (N, 25).
-            which: Indices of the robots that are stepped, or N truth values; None: all. The others stand still
-                in time.
+            which: Indices of the robots that are stepped, or N truth values; None: all. The others pause.
 
         Returns:
             The newest sensor frames.
@@ -200,17 +199,17 @@ class Batch:
         return [int(i) for i in given.tolist()]
 
     def reset(self, seeds: Iterable[int] | None = None, which: ArrayLike | None = None) -> Frames:
-        """Begin anew at time 0.
+        """Restart at time 0.
 
         Args:
-            seeds: One for each robot that begins anew; None: the same as before.
+            seeds: One for each robot that restarts; None: the same as before.
             which: Indices of these robots, or N truth values; None: all.
 
         Returns:
             The first sensor frames of these, the newest of all others.
 
         Raises:
-            ConfigurationError: not one seed for each robot, or as `step`. No robot begins anew then.
+            ConfigurationError: not one seed for each robot, or as `step`. No robot restarts then.
         """
         chosen = self._indices(which)
         own = None if seeds is None else _seeds(seeds)

@@ -1,9 +1,9 @@
 """A small certificate authority for the link: one key that signs, one certificate for each role.
 
-The folder: `ca/` with the authority's key, which stays at home; a folder per role with the three files that go
-to the machine of that role (`bridge/link/certificates.py`). Elliptic keys on P-256, signed with SHA-256. A
-robot's certificate serves a server and names its hosts; the others serve clients only, so that nobody but a
-robot can answer for one.
+The folder: `ca/` with the authority's key, which stays at home; a folder per role with the three files for
+the machine of that role (`bridge/link/certificates.py`). Elliptic keys on P-256, signed with SHA-256. A
+robot's certificate serves a server and names its hosts; the others serve clients only, so that only a robot
+can answer for one.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ AUTHORITY: Final = "ca"
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 """A robot's certificate is always good on its own machine."""
 _BACKDATED: Final = datetime.timedelta(minutes=5)
-"""So that a machine whose clock is a little behind can use them at once."""
+"""Validity before the issue, for a machine whose clock is a little behind."""
 _AUTHORITY_YEARS: Final = 10
 
 
@@ -68,12 +68,12 @@ class Keys:
             raise ConfigurationError(f"{error.filename}: {error.strerror}.") from None
 
     def issue(self, role: str, days: float, hosts: Sequence[str] = ()) -> None:
-        """Write key and certificate of one role; what was there is replaced.
+        """Write key and certificate of one role; existing ones are replaced.
 
         Args:
             role: of `bridge.link.certificates.ROLES`.
             days: until it expires.
-            hosts: names and addresses by which a robot is reached, beside `LOCAL_HOSTS`.
+            hosts: names and addresses of a robot, besides `LOCAL_HOSTS`.
 
         Raises:
             ConfigurationError: a host that is neither name nor address, or a folder that cannot be written.
@@ -139,7 +139,7 @@ def _state(role: str, path: Path) -> KeyState:
 
 def _new_authority(home: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
     key = ec.generate_private_key(ec.SECP256R1())
-    title = f"nao-hil authority {secrets.token_hex(4)}"  # two of one name could not be told apart
+    title = f"nao-hil authority {secrets.token_hex(4)}"  # two of one name would be indistinguishable
     name = _name(title)
     usage = x509.KeyUsage(
         digital_signature=False,
@@ -172,7 +172,7 @@ def _load_authority(home: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certif
         certificate = x509.load_pem_x509_certificate((home / CERTIFICATE).read_bytes())
     except (ValueError, TypeError):
         raise ConfigurationError(
-            f"The authority in {home} cannot be read; take another folder, or remove it and make all keys anew."
+            f"The authority in {home} cannot be read; take another folder, or remove it and renew all keys."
         ) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
         raise ConfigurationError(
@@ -185,7 +185,7 @@ def server_of_today(hosts: Sequence[str]) -> tuple[ssl.SSLContext, str]:
     """TLS for a server that ends today, by a certificate that signs itself and whose key is kept nowhere.
 
     Args:
-        hosts: Names and addresses by which it is reached, beside `LOCAL_HOSTS`.
+        hosts: Names and addresses of the robot, besides `LOCAL_HOSTS`.
 
     Returns:
         The context, and the SHA-256 fingerprint that a browser shows: pairs of hexadecimal digits.

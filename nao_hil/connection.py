@@ -38,11 +38,11 @@ class Connection:
             stiffness: 0..1, 25 or one for all joints; negative: the motor is off.
 
         Returns:
-            The next sensor frame. In real time frames that came too fast to be answered are left out.
+            The next sensor frame. In real time frames that arrive too fast to be answered are left out.
 
         Raises:
-            RobotSilent: the robot went away.
-            LinkError: the robot gave the lease to nobody or another controller.
+            RobotSilent: the robot is no longer there.
+            LinkError: the lease is lost.
             ConfigurationError: not 25 numbers.
             FrameError: a number that is not finite, or a stiffness outside -1..1.
         """

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from bridge.errors import ConfigurationError
 
-FULL: Final = (errno.ENOSPC, errno.EDQUOT)
+DISK_FULL_ERRORS: Final = (errno.ENOSPC, errno.EDQUOT)
 """Errors of a disk, or of one's share of it, that is full."""
 
 
@@ -24,14 +24,14 @@ def atomic_path(file: Path) -> Iterator[Path]:
             model.save(temporary)
 
     Args:
-        file: To write; one that is there stays as it is until then. A device or a pipe is written to at once.
+        file: To write; an existing one stays as it is until then. A device or a pipe is written to at once.
 
     Yields:
         The path of another file in the same folder, with the same suffix.
 
     Raises:
         ConfigurationError: the file cannot be written.
-        OSError: the disk is full; the command line says so.
+        OSError: the disk is full; the command line reports it.
     """
     temporary: Path | None = None
     try:
@@ -43,7 +43,7 @@ def atomic_path(file: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(place)
     except OSError as error:
-        if error.errno in FULL:
+        if error.errno in DISK_FULL_ERRORS:
             raise
         raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None
     finally:

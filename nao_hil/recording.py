@@ -87,13 +87,13 @@ class Recording(Mapping[str, Table]):
 
     Args:
         tables: By topic.
-        config: Configuration that the recording was made with, or None.
+        config: Configuration of the recording, or None.
     """
 
     def __init__(self, tables: Mapping[str, Table], config: Any) -> None:
         self._tables = dict(tables)
         self.config = config
-        """Configuration that the recording was made with, as plain values; None: it holds none."""
+        """Configuration of the recording, as plain values; None: it holds none."""
 
     def __getitem__(self, topic: str) -> Table:
         return _of(self._tables, "table", topic)

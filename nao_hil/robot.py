@@ -130,7 +130,7 @@ class Robot:
         )
 
     def reset(self, seed: int | None = None) -> SensorFrame:
-        """Begin anew at time 0.
+        """Restart at time 0.
 
         Args:
             seed: Of everything random; None: the same as before.
@@ -230,6 +230,6 @@ def walk(
         raise ConfigurationError("A walk in this process needs an end; give steps or duration.")
     if file is None:
         return walk_in_process(settings)
-    check_run(settings)  # before a file that is there is written anew
+    check_run(settings)  # before an existing file is overwritten
     with Recorder(file, settings, robot_scene(load_body(settings.robot))) as recorder:
         return walk_in_process(settings, [recorder])

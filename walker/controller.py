@@ -1,8 +1,8 @@
 """The controller: a pure function of its state and a sensor frame.
 
-One tick: estimate, let the state of the walk answer, one actuator frame. No clock, no I/O: the same object runs
-in a test, in lockstep, in real time and on a robot. Between two ticks it may be told to walk, to stop, or to
-change its controllers; what comes of it depends on the frame before which it was told, and on nothing else.
+One tick: estimate, let the state answer, one actuator frame. No clock, no I/O: the same object runs in a test,
+in lockstep, in real time and on a robot. Orders (walk, stop, other controllers) arrive between two ticks; their
+effect depends on the frame before which they arrive, and on nothing else.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class Controller:
     Args:
         body: data sheet of the robot.
         gait: to walk by.
-        order: how far to walk; None: stand, and wait for `begin`.
+        order: bounds of the walk; None: stand, and wait for `begin`.
         cycle: of the robot, s.
         parameters: of the controllers; None: the gait's shipped ones.
-        recover: get up after a fall and go on with the order, where the body has motions for that. A robot that
+        recover: get up after a fall and resume the order, where the body has motions for that. A robot that
             sits, or rests where an ordered motion ended, gets up in any case.
 
     Raises:
@@ -73,15 +73,15 @@ class Controller:
         """Since the last walk began."""
         self._recovery = Recovery(body, after_falls=recover)
         self._resumes = False
-        """The robot walked when it fell: its order goes on once it stands."""
+        """The robot fell out of a walk: its order is resumed once it stands."""
         self._player: MotionPlayer | GetUp | None = None
         """Of an ordered motion that has not begun."""
         self._began = self.plan
         self.upper_body = UpperBodyOrders()
         self.interruptions = 0
-        """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
+        """Number of walks resumed from a stand, after a gap too long for resuming in stride."""
         self.fall_cause = ""
-        """Why the robot was taken for falling, the last time."""
+        """Reason of the last detected or predicted fall."""
         self._kinematics = FloatingBase(body)
         self._odometry = Odometry(self._kinematics, gyroscope=GyroscopeHeading.of(body))
         self._walk_end = WalkEnd(p.deviation.latency, cycle)
@@ -100,7 +100,7 @@ class Controller:
             "fall": self._fall,
             "resume": self._resume,
             "stand up": self._stand_up,
-            "lie": lambda frame: self._lie(frame),
+            "lie": self._lie,
             "rest": self._rest,
             "interrupt": self._interrupt,
             "capture step": self._begin_capture_step,
@@ -118,12 +118,12 @@ class Controller:
 
     @property
     def state(self) -> StateName:
-        """What the controller is doing."""
+        """Name of the state in force."""
         return self._state.name
 
     @property
     def done(self) -> bool:
-        """The order is carried out (standing again, settled), or the robot fell and lies still.
+        """The order is carried out (standing again, settled), or the robot fell and rests.
 
         Never, while the controller waits for orders.
         """
@@ -134,7 +134,7 @@ class Controller:
 
     @property
     def recoveries(self) -> int:
-        """How often the robot got up from lying."""
+        """Number of times that the robot got up from lying."""
         return self._recovery.count
 
     @property
@@ -154,7 +154,7 @@ class Controller:
 
     @property
     def delay(self) -> float:
-        """By which answers are late at the robot, in the mean of about half a second, s."""
+        """Mean lateness of answers at the robot over about half a second, s."""
         return self._estimate.delay
 
     @property
@@ -170,11 +170,11 @@ class Controller:
     def begin(self, walk: WalkSetup, hold: float = math.inf) -> None:
         """Walk: from a stand at once, in stride where the gait can, otherwise after closing the feet.
 
-        A walk with bounds of its own begins at a stand. A robot that fell begins once it is upright again.
+        A walk with bounds of its own begins at a stand. After a fall it begins once the robot is upright again.
 
         Args:
             walk: new.
-            hold: time after which the walk ends unless `begin` came again, s.
+            hold: time after which the walk ends unless `begin` is called again, s.
         """
         self._hold, self._player = hold, None
         if isinstance(self._state, Walking) and self._in_stride(walk):
@@ -182,12 +182,12 @@ class Controller:
             self._planner.order, self._steering = walk.order, None
         else:
             self._next = walk
-            self._walking.stop()  # also one that is yet to begin, behind an approach
+            self._walking.stop()  # also a walk that waits behind an approach
 
     def adjust(self, walk: WalkSetup) -> None:
-        """Take over what of a walk can be had in stride: controllers, and the velocity if the gait can.
+        """Apply the parts of a walk that change in stride: controllers, and the velocity if the gait can.
 
-        At rest this does nothing: what the next walk is like is said when it begins.
+        Without effect at rest: `begin` describes the next walk.
         """
         state, now = self._state, self._walk
         if not isinstance(state, Walking) or walk.gait.name != now.gait.name:
@@ -201,7 +201,7 @@ class Controller:
             self.steer(walk.velocity)
 
     def steer(self, velocity: Vec3) -> None:
-        """Go on at another velocity from the next step on, by a gait that is `adjustable`.
+        """Change to another velocity from the next step on, by a gait that is `adjustable`.
 
         Args:
             velocity: forward and to the left, m/s, and turn, rad/s.
@@ -228,12 +228,12 @@ class Controller:
     def stop(self) -> None:
         """Close the feet and stand; drops a walk or a motion that has not begun."""
         self._next = self._player = None
-        self._walking.stop()  # also one that is yet to begin, behind an approach
+        self._walking.stop()  # also a walk that waits behind an approach
 
     def play(self, player: MotionPlayer | GetUp) -> None:
-        """Play a motion: from where the robot rests or lies at once, from a walk after closing the feet.
+        """Play a motion: at once from rest or lying, after closing the feet from a walk.
 
-        The robot stands afterwards if the motion ended so, stiff; otherwise it rests where it ended.
+        Afterwards the robot stands if the motion ended standing and stiff; otherwise it rests where it ended.
 
         Args:
             player: at the beginning of its motion.
@@ -245,9 +245,8 @@ class Controller:
         """One cycle.
 
         Args:
-            frame: newest sensor frame; frames that were lost in between are made up for in the plan's time.
-                Where the robot had no new answer for longer than `ControllerParameters.max_gap`, the walk
-                goes on from a stand.
+            frame: newest sensor frame; the plan's time makes up for lost frames. After more than
+                `ControllerParameters.max_gap` without a new answer at the robot, the walk resumes from a stand.
         """
         first, dt = self._seq is None, self._elapsed(frame.seq)
         self.lying_side = lying(frame.angle)
@@ -263,7 +262,7 @@ class Controller:
         if self._change_state(TRANSITIONS, frame, first=first):
             self._state.advance(frame, self._estimate, dt)
             self._change_state(ENDINGS, frame)
-        # Last: an order for head and arms stands over whatever the state asks for.
+        # Last: an order for head and arms overrides the state's angles.
         position, stiffness = self.upper_body.merged(self._state, dt)
         return ActuatorFrame(reply_to=frame.seq, position=position, stiffness=stiffness)
 
@@ -297,18 +296,21 @@ class Controller:
         )
 
     def _make_estimator(self) -> Estimator:
-        """One that remembers nothing; a robot that can get up predicts its falls."""
+        """An estimator without history; a robot that can get up predicts its falls."""
         p = self._walk.parameters
         return Estimator(
             self._kinematics, p, self._cycle, p.switches, predicts_falls=self._recovery.after_falls
         )
 
+    @property
+    def _is_down(self) -> bool:
+        return isinstance(self._state, Fallen) or self.lying_side != "upright"
+
     def _get_up(self, frame: SensorFrame) -> None:
-        lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
-        self._state = self._recovery.get_up(frame, from_lying=lies)
+        self._state = self._recovery.get_up(frame, from_lying=self._is_down)
 
     def _fall(self, frame: SensorFrame) -> None:
-        """Give way, and drop what was ordered; a walk under way may go on later."""
+        """Yield, and drop all orders; a walk under way may be resumed later."""
         state, self._next, self._player = self._state, None, None
         self.fall_cause = self._estimate.fall
         self._resumes = state.name == "walk" or (isinstance(state, Approaching) and not state.to_stand)
@@ -321,9 +323,8 @@ class Controller:
         self._state = Resting(self._state.position)
 
     def _play(self, frame: SensorFrame) -> None:
-        lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
         assert self._player is not None
-        self._state, self._player = Moving(self._player, frame.position, from_lying=lies), None
+        self._state, self._player = Moving(self._player, frame.position, from_lying=self._is_down), None
 
     def _arrive(self, _: SensorFrame) -> None:
         assert isinstance(self._state, Approaching)
@@ -359,15 +360,15 @@ class Controller:
         walked: float = 0.0,
         forget: bool = False,
     ) -> None:
-        """Begin at a plan: the one way into a walk or a stand.
+        """Begin at a plan: the one entry to a walk or a stand.
 
         Args:
             planner: at the beginning of its walk.
-            approach: first joint angles of a slow way into the stand; None: no such way, walk at once.
+            approach: first joint angles of a slow transfer to the stand; None: no transfer, walk at once.
             to_stand: stand afterwards; otherwise walk.
             blend: state from whose joint angles the walk is blended in; None: begin at the plan.
-            walked: time that the order was walked before, s.
-            forget: estimate from this frame on, with nothing left of what was before.
+            walked: time already spent on the order, s.
+            forget: drop the history of all estimates.
         """
         walk, self._planner = self._walk, planner
         successor: Walking | Standing
@@ -381,14 +382,14 @@ class Controller:
             self._estimator = self._make_estimator()
 
     def _stand_up(self, _: SensorFrame) -> None:
-        """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""
+        """Move from any joint angles to the stand, without the history of the walk that ended in a fall."""
         self._recovery.note_end(self._state)
         walk, self._fell = self._walk, True
         planner = WalkPlanner(walk.gait, walk.order, self.planned_pose, self.plan.step)
         self._restart_walk(planner, walk.stabilizer.holding, to_stand=True, forget=True)
 
     def _resume(self, _: SensorFrame) -> None:
-        """From wherever the joints are into the stand, and from there walk on to the end of the order."""
+        """Move from any joint angles to the stand, and from there walk to the end of the order."""
         self._recovery.note_end(self._state)
         walk = self._walk = self._walk.with_fresh_controllers(self._body, self._cycle)
         now, before, stops = self._planner, self._walking, self._walking.name == "stopping"
@@ -398,20 +399,20 @@ class Controller:
             self._walking.stop()
 
     def _interrupt(self, frame: SensorFrame) -> None:
-        """A gap that was too long to go on in stride."""
+        """Resume from a stand after a gap that is too long for resuming in stride."""
         self._resume(frame)
         self._estimate = self._estimate._replace(delay=0.0)  # so does the mean of the new estimator
         self.interruptions += 1
 
     def _begin(self, _: SensorFrame) -> None:
-        """Begin the walk that waits where the robot is: from its stand, or by way of the new gait's."""
+        """Begin the ordered walk where the robot is: from its stand, or through the new gait's."""
         assert self._next is not None
         walk, before, state = self._next, self._walk, self._state
         self._next = self._steering = None
         lies = state.name == "fallen"
         fell, self._fell = lies or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
-        if same:  # the corrections that were found for this ground stay
+        if same:  # the corrections found for this ground stay
             walk = replace(walk, stabilizer=before.stabilizer)
         self._walk = walk
         planner, held = WalkPlanner(walk.gait, walk.order, self.planned_pose), state.position
@@ -423,7 +424,7 @@ class Controller:
             self._restart_walk(planner, approach, forget=fell)
 
     def _begin_capture_step(self, _: SensorFrame) -> None:
-        """Make a capture step, and stand again."""
+        """Make a capture step, then stand again."""
         planner = WalkPlanner(self._walk.gait, self._planner.order, self.planned_pose, self.plan.step)
         self._restart_walk(planner, None, blend=self._state)
         self._walking.stop()

@@ -26,10 +26,10 @@ from walker.mechanisms.hold import HeadingError, VelocityHold, VelocityHoldParam
 from walker.mechanisms.tipping import TippingDetector, TippingParameters
 from walker.switches import Switches
 
-TIME_CONSTANT: Final = 0.5
+DELAY_TIME_CONSTANT: Final = 0.5
 """s; of the mean: it ignores a single late answer, and gaps that the guard handles."""
 RESTART_GAP: Final = 0.25
-"""s without a frame after which the mean begins anew: meanwhile the guard's commands were in force."""
+"""s without a frame after which the mean restarts: meanwhile the guard's commands are in force."""
 MAX_DELAY: Final = 0.040
 """s; a delay counts as no more, so that one gap that the guard bridges does not end a walk."""
 
@@ -46,9 +46,9 @@ class DelayEstimator:
         self._first: int | None = None
         self._seq = 0
         self.mean = 0.0
-        """s; weighted with exp(-age / `TIME_CONSTANT`), each delay at most `MAX_DELAY`."""
+        """s; weighted with exp(-age / `DELAY_TIME_CONSTANT`), each delay at most `MAX_DELAY`."""
         self.gap = 0.0
-        """s by which the last answer in force was older than the mean; 0 before any was in force."""
+        """Age of the last answer in force beyond the mean, s; 0 before the first one."""
 
     def update(self, frame: SensorFrame) -> None:
         """The next frame that is answered."""
@@ -58,14 +58,14 @@ class DelayEstimator:
         if self._first is None:
             self._first = frame.seq
             return
-        # What was in force before this controller's first answer is not its own.
+        # The answer in force before this controller's first one is not its own.
         late = frame.seq - 1 - max(frame.command, self._first - 1)
         if frame.command >= self._first:
             self.gap = max(0.0, late * self._cycle - self.mean)
         if cycles * self._cycle > RESTART_GAP:
             self._first = frame.seq
             return
-        weight = min(1.0, cycles * self._cycle / TIME_CONSTANT)
+        weight = min(1.0, cycles * self._cycle / DELAY_TIME_CONSTANT)
         self.mean += weight * (min(late * self._cycle, MAX_DELAY) - self.mean)
 
 
@@ -85,7 +85,7 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
 
 
 class Estimate(NamedTuple):
-    """What one sensor frame tells."""
+    """Estimates from one sensor frame."""
 
     contacts: Contacts
     zmp: Vec2 | None
@@ -97,9 +97,9 @@ class Estimate(NamedTuple):
     ground: Vec2 = (0.0, 0.0)
     """Roll and pitch of the ground under the standing feet, rad."""
     delay: float = 0.0
-    """By which answers are late at the robot, in the mean, s."""
+    """Mean lateness of answers at the robot, s."""
     gap: float = 0.0
-    """By which the answer in force was older than that, s."""
+    """Age of the answer in force beyond that, s."""
     lean: Vec2 | None = None
     """Torso roll and pitch by the gyroscope less their mean when this command is carried out, rad;
     None: off."""
@@ -115,7 +115,7 @@ class Estimator:
         parameters: of the single estimates.
         cycle: of the robot, s.
         on: which estimates are made.
-        predicts_falls: a fall is also what `FallPredictor` takes for one.
+        predicts_falls: a predicted fall (`FallPredictor`) counts as one.
     """
 
     def __init__(
@@ -168,7 +168,7 @@ class Estimator:
         Args:
             frame: newest sensor frame.
             dt: time since the last one, s.
-            plan: the plan in force: the feet that touch are taken to stand, level, where it put them.
+            plan: the plan in force: feet in contact are taken as fixed and level where it put them.
             corrections: of the last cycle.
             here: middle between the soles by the odometry, m, rad.
             walking: as in `FallDetector.update`.

@@ -181,7 +181,7 @@ class LinearPendulum:
         )
 
     def capture_point(self, position: float, velocity: float) -> float:
-        """Where the zero moment point must rest for the centre of mass to come to rest above it, m.
+        """Zero moment point at which the centre of mass stops above it, m.
 
         Args:
             position: of the centre of mass, m.

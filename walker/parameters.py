@@ -105,7 +105,7 @@ def numbers(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, flo
 
 
 def check_bounds(parameters: Mapping[str, Any]) -> None:
-    """Refuse what no robot of this size can use.
+    """Refuse values that no robot of this size can use.
 
     Args:
         parameters: the controller's, tables in tables; SI units and rad.
@@ -123,7 +123,7 @@ def check_bounds(parameters: Mapping[str, Any]) -> None:
 
 
 class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Everything of the controller that may be switched or tuned, SI units and rad."""
+    """Parameters of the controller that may be switched or tuned, SI units and rad."""
 
     switches: Switches = Switches()
     """Which mechanisms are on; the tables below are read where theirs is."""
@@ -140,8 +140,8 @@ class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbi
     landed_foot: LandedFootParameters = LandedFootParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
     max_gap: Positive = 0.1
-    """Time without an answer that reached the robot, beyond the usual delay, after which the walk goes
-    on in stride, s; the plan makes up for it at once. After a longer one the walk goes on from a stand."""
+    """Time without an answer at the robot, beyond the usual delay, up to which the walk resumes in
+    stride, s; the plan makes up for it at once. After a longer one the walk resumes from a stand."""
 
 
 def controller_parameters(gait: str, changes: Mapping[str, Any] | None = None) -> ControllerParameters:
@@ -163,7 +163,7 @@ def controller_parameters(gait: str, changes: Mapping[str, Any] | None = None) -
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with `changes` laid over it, table by table."""
+    """`base` with `changes` merged over it, table by table."""
     result = dict(base)
     for key, value in changes.items():
         below = result.get(key)

@@ -24,42 +24,42 @@ from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
 
-SILENCE = 0.5
-"""s without a sensor frame after which the walker looks whether the robot is still there."""
-PATIENCE = 5.0
-"""s without a robot after which the log says what is missing."""
-_STANDBY = 1.0
-"""s between two looks of a walker that stands by whether the robot is there and still the same."""
-_RETRY = 0.2
-"""s between two looks whether a robot was armed, or is free."""
-GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
-"""Cycles without an answer after which a guard has the robot, whether or not its notice came through."""
+SILENCE_TIMEOUT = 0.5
+"""s without a sensor frame after which the walker checks that the robot is there."""
+SEARCH_TIMEOUT = 5.0
+"""s without a robot after which a log entry names the missing robot."""
+_STANDBY_INTERVAL = 1.0
+"""s between two checks by a standby walker that the robot is there and the same."""
+_RETRY_INTERVAL = 0.2
+"""s between two checks that a robot is armed, or free."""
+GUARD_TAKEOVER_CYCLES = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
+"""Cycles without an answer after which a guard controls the robot, whether or not its notice arrives."""
 MakeController = Callable[[Body, float], Controller]
 """Body and cycle time (s) to a controller at the beginning of its order."""
 
 
 class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What the walker knows of its walk; the JSON of `nao-hil walk`."""
+    """Result of a walk, as its walker knows it; the JSON of `nao-hil walk`."""
 
     body: str
-    """Of the robot that was walked; empty: none was there."""
+    """Of the robot that walked; empty: no robot."""
     state: str
     done: bool
-    """The order was carried out to its end."""
+    """The order is carried out to its end."""
     steps: int
     displacement: Vec3
-    """By the odometry since the robot was taken: forward and to the left, m, and turn, rad."""
+    """By the odometry since the walker holds the robot: forward and to the left, m, and turn, rad."""
     fell: bool
     """By the fused torso angle."""
     fall_cause: str
-    """Why the walker took the robot for falling, the last time; empty: never."""
+    """Reason of the last fall; empty: none."""
     late: bool
-    """Stopped because answers came later than the gait bears, see `walker.estimator`."""
+    """Stopped because answers are later than the gait permits, see `walker.estimator`."""
     interruptions: int
-    """How often the walk went on from a stand, or began anew, because the robot had no answer for too long."""
+    """Number of walks resumed from a stand, or restarted, after too long without an answer at the robot."""
     ticks: int
     skipped: int
-    """Sensor frames that came too fast to be answered, real time only."""
+    """Sensor frames that arrived too fast to be answered, real time only."""
     tick_p50: float
     """s"""
     tick_p99: float
@@ -71,11 +71,11 @@ class WalkerProcess:
 
     Args:
         link: open link, controller side.
-        make_controller: called anew for each start of the robot.
+        make_controller: called for each start of the robot.
         body: name the robot must have; None takes the robot's word.
         stop: becomes true when the process is to end; a walk under way closes its feet first.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
-        service: hands over what the controller is told to do while it runs; None: nobody tells it.
+        service: source of orders while the controller runs; None: no orders.
     """
 
     def __init__(
@@ -98,16 +98,16 @@ class WalkerProcess:
         self._boot: int | None = None
         self._found_boot: int | None = None
         """Of the robot that the log names."""
-        self._walks = ""
+        self._body_name = ""
         """Name of the robot's body."""
         self._taken = False
-        """The guard, or another controller, took the robot from the walk."""
+        """The guard, or another controller, interrupted the walk."""
         self._last: ActuatorFrame | None = None
         self._warned_at = -math.inf
-        self._gone: float | None = None
-        """Since when the robot is gone; monotonic, s."""
+        self._lost_at: float | None = None
+        """Time at which the robot disappeared; monotonic, s."""
         self._refusal = ""
-        """Why the lease was refused last."""
+        """Reason of the last refusal of the lease."""
 
     def run(self) -> WalkResult:
         """Walk until the order is done or the process is stopped.
@@ -116,11 +116,11 @@ class WalkerProcess:
             ConfigurationError: the robot is another body, or cannot walk the gait.
             LeaseRefused: another controller holds the robot; a walker that serves waits until it is free.
             FrameError: the robot speaks another version of the contract.
-            LinkError: the robot was stopped in the walk.
+            LinkError: the robot is stopped during the walk.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
-            info = self._found()
+            info = self._find_robot()
             if info is None:
                 break
             if info.boot != self._boot:
@@ -134,38 +134,38 @@ class WalkerProcess:
                 quiet_process(
                     self._priority
                 )  # it takes some cycles, which would be missed with the lease in hand
-            if not self._wanted() or not self._armed():
+            if not self._wait_wanted() or not self._wait_armed():
                 continue
             if self._taken:
-                logger.warning("the robot had been taken from the walk, which begins anew")
+                logger.warning("the robot had been taken from the walk, which restarts")
                 self._taken = False
             if not self._acquire():
                 continue
-            if self._gone is not None:
-                logger.warning("the robot is back after %.1f s", time.monotonic() - self._gone)
-                self._gone = None
+            if self._lost_at is not None:
+                logger.warning("the robot is back after %.1f s", time.monotonic() - self._lost_at)
+                self._lost_at = None
             if self._serve(lockstep=info.mode == "lockstep"):
                 self._link.release()
                 break
         return self._result()
 
-    def _found(self) -> Info | None:
-        """The robot's `Info`; says after a while what it waits for. None when the process was stopped."""
+    def _find_robot(self) -> Info | None:
+        """The robot's `Info`; logs a long wait. None when the process is stopped."""
         try:
-            return self._link.wait_robot(self._stop, PATIENCE)
+            return self._link.wait_robot(self._stop, SEARCH_TIMEOUT)
         except LinkError as error:
             logger.warning("%s Waiting for it.", error)
             return self._link.wait_robot(self._stop)
 
-    def _wanted(self) -> bool:
-        """Whether to hold the robot; a walker that stands by waits for that."""
-        return self._service is None or self._service.wait_wanted(_STANDBY)
+    def _wait_wanted(self) -> bool:
+        """Whether to hold the robot; a standby walker waits for that."""
+        return self._service is None or self._service.wait_wanted(_STANDBY_INTERVAL)
 
-    def _armed(self) -> bool:
-        """Wait until the robot takes commands; False when the process was stopped meanwhile.
+    def _wait_armed(self) -> bool:
+        """Wait until the robot takes commands; False when the process is stopped meanwhile.
 
         Raises:
-            LinkError: it was stopped in the walk. Who arms it again does not ask for that walk to go on.
+            LinkError: it is stopped during the walk. Arming it again does not resume that walk.
         """
         warned = False
         while not self._stop():
@@ -185,13 +185,13 @@ class WalkerProcess:
             if not warned:
                 logger.warning("%s Waiting for that.", status.text)
             warned = True
-            time.sleep(_RETRY)
+            time.sleep(_RETRY_INTERVAL)
         return False
 
     def _acquire(self) -> bool:
-        """Ask for the lease; False when the robot went away meanwhile.
+        """Request the lease; False when the robot disappears meanwhile.
 
-        A walker that serves also says False, after a moment, when another controller has the robot.
+        A walker that serves also returns False, after a moment, while another controller holds the robot.
         """
         try:
             self._link.acquire()
@@ -204,21 +204,21 @@ class WalkerProcess:
                 logger.warning("%s The walker takes the robot when it is free.", error)
                 self._refusal = str(error)
             self._service.lose_robot(self._refusal)
-            time.sleep(_RETRY)
+            time.sleep(_RETRY_INTERVAL)
             return False
         self._refusal = ""
         return True
 
     def _serve(self, *, lockstep: bool) -> bool:
-        """Answer frames until the order is done (True), or the robot is gone or the process stopped (False)."""
+        """Answer frames until the order is done (True), or the robot is lost or the process stopped (False)."""
         controller = self._controller
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
-        while not self._ends():
+        while not self._may_leave():
             if self._service is not None and not self._service.wanted:
                 self._link.release()
                 self._boot = None
-                self._service.note_left()
+                self._service.note_released()
                 return False
             if self._process_notices():
                 self._interruptions += 1
@@ -226,27 +226,26 @@ class WalkerProcess:
                 return False
             try:
                 asked = time.monotonic()
-                frame = receive(SILENCE)
-                if (stalled := time.monotonic() - asked - SILENCE) > SILENCE:
+                frame = receive(SILENCE_TIMEOUT)
+                if (stalled := time.monotonic() - asked - SILENCE_TIMEOUT) > SILENCE_TIMEOUT:
                     self._warn(
                         f"this process stood still for {stalled:.1f} s (suspended, or starved by other work)"
                     )
             except FrameError as error:
-                self._warn(str(error))  # a stranger on the robot's key; the robot's own version was checked
+                self._warn(str(error))  # from a foreign sender; the robot's own version is checked
                 continue
             if not self._link.lease:
                 if not self._stop():
                     logger.warning("the robot is gone; waiting for it to come back")
-                    self._gone = time.monotonic()
+                    self._lost_at = time.monotonic()
                 return False
             if frame is None:
-                # a sign of life, so that a robot that pauses does not give the lease away
+                # a keepalive, so that a robot that pauses does not give the lease away
                 if not self._acquire() and self._closes:
                     return False
-            elif not lockstep and 0 <= self._seq < frame.seq - GUARDED:
+            elif not lockstep and 0 <= self._seq < frame.seq - GUARD_TAKEOVER_CYCLES:
                 logger.warning(
-                    "nothing was heard of the robot for %d cycles, in which its guard took it over; the walk "
-                    "begins anew",
+                    "no frame of the robot for %d cycles, in which its guard took it over; the walk restarts",
                     frame.seq - self._seq,
                 )
                 self._interruptions += 1
@@ -257,15 +256,15 @@ class WalkerProcess:
                 if controller.done:
                     return True
             elif frame.seq < self._seq:
-                logger.warning("the robot began anew; so does the walk")
+                logger.warning("the robot restarted; so does the walk")
                 self._boot = None
                 return False
             elif lockstep and self._last is not None:
-                self._link.send(self._last)  # the robot asks again: the answer was lost with an old lease
+                self._link.send(self._last)  # the robot repeats its frame: an old lease lost the answer
         return False
 
-    def _ends(self) -> bool:
-        """Whether to leave the robot now: the process was asked to end, and the feet are closed."""
+    def _may_leave(self) -> bool:
+        """Whether to leave the robot now: the process is asked to end, and the feet are closed."""
         controller = self._controller
         if not self._stop():
             return False
@@ -338,19 +337,19 @@ class WalkerProcess:
             logger.warning("%s", sentence)
 
     def _process_notices(self) -> bool:
-        """Pass on what the robot says; True when the walk cannot go on: its guard or another has the robot."""
+        """Log the robot's notices; True when the walk must end: its guard or another controller took over."""
         taken = False
         for notice in self._link.notices():
             logger.log(logging.DEBUG if notice.routine else logging.WARNING, "the robot says: %s", notice.text)
             taken = taken or notice.code in ("guard-crouch", "guard-sit", "guard-rest")
             if notice.code == "no-lease" and not taken:
-                # ours may have been given to another while this process stood still
+                # another controller may hold the lease since this process was suspended
                 taken = not self._acquire()
         return taken
 
     def _check_body(self, info: Info) -> Body:
         body = load_body(self._body) if self._body else body_of(info.body, info.sheet)
-        self._walks = info.body
+        self._body_name = info.body
         if body.name != info.body:
             raise ConfigurationError(
                 f"The robot at {self._link.endpoint} is a {info.body}, not a {body.name}; leave --robot out to "
@@ -362,7 +361,7 @@ class WalkerProcess:
         ticks = self._ticks.percentiles()
         controller = self._controller
         return WalkResult(
-            body=self._walks,
+            body=self._body_name,
             state=controller.state if controller else "waiting",
             steps=controller.telemetry.step if controller else 0,
             displacement=controller.odometry_pose if controller else (0.0, 0.0, 0.0),

@@ -1,7 +1,7 @@
 """Answers walk commands: checks and prepares in the query's thread, hands over to the controller's tick.
 
 Everything that takes time (the bounds of a gait, the design of a torso controller) is done before the command
-is handed over. The controller then decides by its own state, at a tick, what comes of it; so in lockstep a
+is handed over. The controller then decides by its own state, at a tick, how to act on it; so in lockstep a
 command with `at` gives the same run each time.
 """
 
@@ -30,18 +30,18 @@ from walker.parameters import ControllerParameters, controller_parameters, merge
 from walker.states.setup import WalkSetup, set_up_walk
 from walker.switches import switch_changes
 
-_TIMEOUT: Final = 1.0
-"""s to wait for the tick that takes a command over, so that the reply tells what came of it."""
+_REPLY_TIMEOUT: Final = 1.0
+"""s to wait for the tick that takes a command over, so that the reply contains its effect."""
 _NO_ROBOT: Final = (
     "The walker does not hold a robot yet; start one, arm it after an emergency stop (Arm on the page, or "
     "`nao-hil arm`), or ask again in a moment."
 )
-_REST: Final = 0.0005
-"""Of `_pause`, s."""
+_PAUSE: Final = 0.0005
+"""Duration of `_pause`, s."""
 
 
 class WalkRequest(NamedTuple):
-    """What the next walk is to be like."""
+    """Parameters of the next walk."""
 
     gait: str
     torso: str | None
@@ -57,7 +57,7 @@ class _Order(NamedTuple):
     taken: threading.Event
 
 
-class _Seen(NamedTuple):
+class _Snapshot(NamedTuple):
     status: WalkStatus
     lies: bool
     """Fell, and is not upright again."""
@@ -75,7 +75,7 @@ class WalkService:
         parameters: of that gait that differ from the shipped ones.
         controller: parameters of its controllers that differ.
         recover: get up after a fall, see `Controller`.
-        standby: leave the robot to others until it is told to `take` it.
+        standby: leave the robot to others until a `take` command.
 
     Raises:
         ConfigurationError: a wrong parameter.
@@ -90,23 +90,23 @@ class WalkService:
         recover: bool = False,
         standby: bool = False,
     ) -> None:
-        self._wanted, self._taken, self._left = threading.Event(), threading.Event(), threading.Event()
-        """Whether the robot is to be held; it is held; it was given back."""
+        self._wanted, self._held, self._released = threading.Event(), threading.Event(), threading.Event()
+        """Set while the robot is to be held; while it is held; once it is released."""
         if not standby:
             self._wanted.set()
-        self._first, self._recover = gait, recover
+        self._first_gait, self._recover = gait, recover
         self._changes = dict(parameters or {})
         self._controller_changes = dict(controller or {})
         self._request = WalkRequest(gait, None, None, None)
-        self._answering = threading.Lock()
-        self._handing = threading.Lock()
+        self._answer_lock = threading.Lock()
+        self._orders_lock = threading.Lock()
         self._orders: list[_Order] = []
         self._due: list[_Order] = []
         self._robot: tuple[Body, float] | None = None
-        self._seen: _Seen | None = None
-        self._without = _NO_ROBOT
-        self._goes_to: str | None = None
-        """What bounds the way of the walk under way."""
+        self._snapshot: _Snapshot | None = None
+        self._refusal = _NO_ROBOT
+        self._bounded_by: str | None = None
+        """Bound of the walk under way: `target` or `distance`."""
         self._played = ""
         """Name of the last motion."""
         self._walkable: dict[tuple[str, GaitParameters], Gait[Any]] = {}
@@ -114,17 +114,17 @@ class WalkService:
         self._controllers(self._request)
 
     def make(self, body: Body, cycle: float) -> Controller:
-        """A controller that stands and waits, for a robot that has begun; orders to an earlier one are dropped.
+        """A controller that waits at a stand, for a robot that has begun; orders to an earlier one are dropped.
 
         Raises:
             ConfigurationError: this body cannot walk the gait.
         """
-        with self._handing:
+        with self._orders_lock:
             self._orders.clear()
             if self._robot != (body, cycle):
                 self._walkable.clear()
-            self._robot, self._seen, self._without = (body, cycle), None, _NO_ROBOT
-            self._taken.clear()
+            self._robot, self._snapshot, self._refusal = (body, cycle), None, _NO_ROBOT
+            self._held.clear()
         gait = self._gait(self._request, self._gait_parameters(self._request))
         return Controller(body, gait, None, cycle, self._controllers(self._request), recover=self._recover)
 
@@ -134,11 +134,11 @@ class WalkService:
         Args:
             why: one sentence.
         """
-        self._seen, self._without = None, why
+        self._snapshot, self._refusal = None, why
 
     def before(self, controller: Controller, seq: int) -> None:
         """Carry out, before the tick of frame `seq`, the orders that are due; in the controller's thread."""
-        with self._handing:
+        with self._orders_lock:
             due = [order for order in self._orders if order.at <= seq]
             self._orders = [order for order in self._orders if order.at > seq]
         for order in due:
@@ -146,7 +146,7 @@ class WalkService:
         self._due = due
 
     def after(self, controller: Controller, seq: int) -> None:
-        """Note what the controller does since the tick of frame `seq`; in the controller's thread."""
+        """Note the controller's state since the tick of frame `seq`; in the controller's thread."""
         walk, moving = controller.walk, controller.state in ("walk", "stopping")
         status = WalkStatus(
             text="",
@@ -160,8 +160,8 @@ class WalkService:
             distance=controller.walked,
             position=controller.odometry_pose,
         )
-        self._seen = _Seen(status, controller.lies, controller.lying_side, controller.motion_waits)
-        self._taken.set()
+        self._snapshot = _Snapshot(status, controller.lies, controller.lying_side, controller.motion_waits)
+        self._held.set()
         for order in self._due:
             order.taken.set()
 
@@ -174,9 +174,9 @@ class WalkService:
         """Wait until the walker is to hold the robot; whether it is."""
         return self._wanted.wait(seconds)
 
-    def note_left(self) -> None:
-        """The robot was given back."""
-        self._left.set()
+    def note_released(self) -> None:
+        """Note that the robot is released."""
+        self._released.set()
 
     def answer(self, payload: bytes) -> bytes:
         """A `bridge.messages.walk.WalkCommand` to a `WalkStatus`, both as msgpack; any thread.
@@ -186,58 +186,58 @@ class WalkService:
             WalkRefused: one that cannot be carried out; names the bound.
         """
         command: WalkCommand = decode_command(payload, WalkCommand, "Walk command")
-        with self._answering:
+        with self._answer_lock:
             try:
-                return encode(self._carry_out(command))
+                return encode(self._execute(command))
             except ConfigurationError as error:
                 raise WalkRefused(_sentence(str(error))) from None
 
-    def _carry_out(self, command: WalkCommand) -> WalkStatus:
+    def _execute(self, command: WalkCommand) -> WalkStatus:
         if command.op == "take":
-            self._left.clear()
+            self._released.clear()
             self._wanted.set()
-            self._taken.wait(_TIMEOUT)
-        if self._robot is None or self._seen is None:
-            raise WalkRefused(self._without)
+            self._held.wait(_REPLY_TIMEOUT)
+        if self._robot is None or self._snapshot is None:
+            raise WalkRefused(self._refusal)
         if command.op == "release":
             return self._release()
         if command.op in ("status", "take"):
             return self._reply("")
         if command.op == "stop" or command.velocity == (0.0, 0.0, 0.0):
-            still = self._seen.status.state in ("stand", "fallen")
+            still = self._snapshot.status.state in ("stand", "fallen")
             self._hand_over(command.at, Controller.stop)
             return self._reply("Nothing is under way." if still else "Closes the feet and stands.")
         if command.op == "motion":
             return self._play(command)
-        request = self._requested(command)
+        request = self._changed_request(command)
         if command.op == "set":
             return self._set(request, command)
-        if self._seen.lies:
+        if self._snapshot.lies:
             raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
         walk = self._prepare(request, command)
         self._request = request
-        self._goes_to = next((n for n in ("target", "distance") if getattr(command, n) is not None), None)
+        self._bounded_by = next((n for n in ("target", "distance") if getattr(command, n) is not None), None)
         hold = command.hold if command.hold is not None else math.inf
         self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
-        first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
-        return self._reply(f"{first} {_in_words(walk)}{_clipped(command.velocity, walk)}.")
+        first = "Closes the feet first; then walks" if self._snapshot.status.state == "stopping" else "Walks"
+        return self._reply(f"{first} {_description(walk)}{_clipped(command.velocity, walk)}.")
 
     def _release(self) -> WalkStatus:
-        """Give the robot back from a stand."""
-        assert self._seen is not None
+        """Release the robot from a stand."""
+        assert self._snapshot is not None
         reply = self._reply("The robot is free.")
         if reply.state in ("walk", "stopping"):
             raise WalkRefused("The robot walks; stop it before the walker gives it back.")
         self._wanted.clear()
-        if not self._left.wait(_TIMEOUT):
+        if not self._released.wait(_REPLY_TIMEOUT):
             raise WalkRefused("The walker still holds the robot; ask again in a moment.")
-        self._taken.clear()
-        self._seen = None
+        self._held.clear()
+        self._snapshot = None
         return reply
 
     def _play(self, command: WalkCommand) -> WalkStatus:
-        assert self._robot is not None and self._seen is not None
-        body, name, below = self._robot[0], command.motion, self._seen.lying_side
+        assert self._robot is not None and self._snapshot is not None
+        body, name, below = self._robot[0], command.motion, self._snapshot.lying_side
         player: GetUp | MotionPlayer
         if name is None:
             raise WalkRefused("`motion` takes the name of a motion, for example `sit-down`.")
@@ -247,34 +247,34 @@ class WalkService:
         else:
             motion = named_motion(name, body, (GET_UP,))
             begins, player = motion.begins, MotionPlayer(motion, body)
-        if self._seen.status.state == "motion":
+        if self._snapshot.status.state == "motion":
             raise WalkRefused(f"A motion is under way; order {name} when it has ended.")
         if below not in begins:
             raise WalkRefused(f"No motion `{name}` of a {body.name} begins with the torso as it is: {below}.")
-        if self._seen.status.state == "rest" and name == self._played:
+        if self._snapshot.status.state == "rest" and name == self._played:
             return self._reply(f"The robot rests where the motion {name} ended.")
-        instead = f" in place of {self._played}" if self._seen.motion_waits else ""
+        instead = f" in place of {self._played}" if self._snapshot.motion_waits else ""
         self._played = name
         self._hand_over(command.at, lambda controller: controller.play(player))
         return self._reply(f"Plays the motion {name}{instead}; from a walk it closes the feet first.")
 
     def _set(self, request: WalkRequest, command: WalkCommand) -> WalkStatus:
-        assert self._seen is not None
+        assert self._snapshot is not None
         if any(each is not None for each in (command.steps, command.distance, command.target, command.hold)):
             raise WalkRefused("`set` begins no walk: steps, distance, target and hold belong to `walk`.")
-        if self._goes_to and command.velocity and self._seen.status.state == "walk":
+        if self._bounded_by and command.velocity and self._snapshot.status.state == "walk":
             raise WalkRefused(
-                f"A walk with a {self._goes_to} is under way, its steps made to fit; stop it to change its "
+                f"A walk with a {self._bounded_by} is under way, its steps made to fit; stop it to change its "
                 "velocity."
             )
         walk = self._prepare(request, command)
         self._request = request
         self._hand_over(command.at, lambda controller: controller.adjust(walk))
-        said = f"{_in_words(walk)}{_clipped(command.velocity, walk)}"
-        return self._reply(f"The next walk is {said}; what can be had in stride is in force now.")
+        text = f"{_description(walk)}{_clipped(command.velocity, walk)}"
+        return self._reply(f"The next walk is {text}; the changes possible in stride are in force now.")
 
-    def _requested(self, command: WalkCommand) -> WalkRequest:
-        """The last request, changed by a command; another gait comes with its own controllers and velocity."""
+    def _changed_request(self, command: WalkCommand) -> WalkRequest:
+        """The last request, changed by a command; another gait resets controllers and velocity to its own."""
         request = self._request
         if command.gait is not None and command.gait != request.gait:
             request = WalkRequest(command.gait, None, None, None)
@@ -287,7 +287,7 @@ class WalkService:
         return request
 
     def _prepare(self, request: WalkRequest, command: WalkCommand) -> WalkSetup:
-        """Everything for a walk that takes time to make."""
+        """A walk with all its parts that take time to make."""
         assert self._robot is not None
         body, cycle = self._robot
         parameters = self._gait_parameters(request)
@@ -309,18 +309,18 @@ class WalkService:
         return set_up_walk(body, gait, order, cycle, controllers, step, parameters.velocity)
 
     def _gait_parameters(self, request: WalkRequest) -> GaitParameters:
-        parameters = gait_parameters(request.gait, self._changes if request.gait == self._first else None)
+        parameters = gait_parameters(request.gait, self._changes if request.gait == self._first_gait else None)
         if request.velocity is not None:
             parameters = parameters.with_velocity(request.velocity)
         return parameters
 
     def _controllers(self, request: WalkRequest) -> ControllerParameters:
-        own = dict(self._controller_changes) if request.gait == self._first else {}
+        own = dict(self._controller_changes) if request.gait == self._first_gait else {}
         changes = switch_changes(torso=request.torso, admittance=request.admittance)
         return controller_parameters(request.gait, merged(own, changes))
 
     def _gait(self, request: WalkRequest, parameters: GaitParameters) -> Gait[Any]:
-        """The gait; refuses what the body cannot walk, and checks each walk once."""
+        """The gait; refuses one that the body cannot walk, and checks each walk once."""
         assert self._robot is not None
         body, known = self._robot[0], (request.gait, parameters)
         if known not in self._walkable:
@@ -328,17 +328,17 @@ class WalkService:
         return self._walkable[known]
 
     def _hand_over(self, at: int | None, act: Callable[[Controller], None]) -> None:
-        assert self._seen is not None
+        assert self._snapshot is not None
         order = _Order(at or 0, act, threading.Event())
-        with self._handing:
+        with self._orders_lock:
             self._orders.append(order)
-        if order.at <= self._seen.status.seq + 1:
-            order.taken.wait(_TIMEOUT)
+        if order.at <= self._snapshot.status.seq + 1:
+            order.taken.wait(_REPLY_TIMEOUT)
 
     def _reply(self, text: str) -> WalkStatus:
-        """What the controller does; at rest with what the next walk will be like."""
-        assert self._seen is not None
-        status = self._seen.status
+        """State of the controller; at rest with the parameters of the next walk."""
+        assert self._snapshot is not None
+        status = self._snapshot.status
         if status.state in ("stand", "fallen"):
             on = self._controllers(self._request).switches
             status = msgspec.structs.replace(
@@ -349,7 +349,7 @@ class WalkService:
 
 def _pause() -> None:
     """Between two poses of the check: else the controller waits for Python's lock and misses cycles."""
-    time.sleep(_REST)
+    time.sleep(_PAUSE)
 
 
 def _steps(steps: int) -> WalkOrder:
@@ -374,7 +374,7 @@ def _with_target(order: WalkOrder, command: WalkCommand, parameters: GaitParamet
     return order if target is None else target_order(order, target, parameters)
 
 
-def _in_words(walk: WalkSetup) -> str:
+def _description(walk: WalkSetup) -> str:
     assert walk.step is not None
     order, gait = walk.order, f"by the {walk.gait.name} gait"
     bound = f"{order.steps} steps" if order.steps else ""
@@ -387,11 +387,11 @@ def _in_words(walk: WalkSetup) -> str:
 
 
 def _clipped(wanted: Vec3 | None, walk: WalkSetup) -> str:
-    """What a command lost to the gait's limits, in words."""
+    """Sentence part on the velocity cut off by the gait's limits."""
     lost = clipped_in_words(wanted or walk.velocity, walk.velocity)
     return f"; {lost}" if lost else ""
 
 
 def _sentence(text: str) -> str:
-    """With a capital and a full stop."""
+    """The text with a capital and a full stop."""
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."

@@ -30,12 +30,12 @@ from walker.mechanisms.swing_foot import SwingFootCorrection, SwingFootOrientati
 from walker.mechanisms.torso_control import TorsoControl
 from walker.parameters import ControllerParameters
 
-_ALIGNED: Final = math.radians(0.5)
+_ALIGNED_TOLERANCE: Final = math.radians(0.5)
 """Difference of the plan's ground from that found at which the walk may begin, rad."""
 
 
 class Stabilizer:
-    """Turns plans into joint angles, corrected by what the sensors say.
+    """Turns plans into joint angles, corrected by feedback.
 
     Args:
         body: data sheet.
@@ -158,7 +158,7 @@ class Stabilizer:
         return self._legs.update(plan, support_state, forces, dt, delay=delay)
 
     def _align_to_ground(self, estimate: Estimate, dt: float) -> bool:
-        """Turn the plan onto the ground as it was found.
+        """Turn the plan onto the estimated ground.
 
         Returns:
             Whether the plan is still off the ground.
@@ -168,13 +168,13 @@ class Stabilizer:
             now + min(max(goal - now, -step), step) for now, goal in zip(self._ground, found, strict=True)
         )
         return step > 0.0 and any(
-            abs(goal - now) > _ALIGNED for now, goal in zip(self._ground, found, strict=True)
+            abs(goal - now) > _ALIGNED_TOLERANCE for now, goal in zip(self._ground, found, strict=True)
         )
 
     def _release_common(self, dt: float) -> Vec2:
-        """Count as the ground's what both ankles hold in common; the feet that stand do not move by that.
+        """Release the common turn of both ankles into the ground's tilt; the stance feet keep their angles.
 
-        A plan turned one way and both soles turned the other come to the same, so the two would drift apart.
+        A plan turned one way and both soles turned the other cancel, so the two would drift apart.
         """
         if self._ankles is None:
             return 0.0, 0.0
@@ -190,7 +190,7 @@ class Stabilizer:
     def _solve(self, plan: Plan, lift: Vec2) -> list[float]:
         """Angles as corrected; where out of reach, as planned on level ground; then those of the last cycle.
 
-        Before a walk began its plan was found to be in reach; a capture step was not.
+        Before a walk its plan is checked to be in reach; a capture step is not.
         """
         for planned, ground in ((_lifted(plan, lift), self._ground), (plan, None)):
             try:
@@ -222,7 +222,7 @@ class Stabilizer:
             dt: time since the last cycle, s.
 
         Returns:
-            What was added to roll and pitch, torso control left aside, rad.
+            Offsets of roll and pitch without torso control, rad.
         """
         pitch_slot, roll_slot = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
         ankle = self._ranges[side]
@@ -230,8 +230,8 @@ class Stabilizer:
         roll = ankle.clip_roll(angles[roll_slot] + swing[0] + torso[0], pitch)
         turn = (0.0, 0.0)
         if self._ankles is not None:
-            # The ranges less what is planned: an offset of zero is always allowed, so that a plan which its
-            # range cuts short is not stored as an offset.
+            # The ranges less the planned angles: an offset of zero is always allowed, so that a plan cut off by
+            # its range is not stored as an offset.
             lower, upper = ankle.roll_range(pitch)
             limits = AnkleLimits(lower - roll, upper - roll, ankle.lower - pitch, ankle.upper - pitch)
             forces = frame.fsr[:4] if side == "L" else frame.fsr[4:]
@@ -249,7 +249,7 @@ def in_foot_axes(plan: Plan, side: Side, turn: Vec2) -> Vec2:
 
 
 def _common(left: float, right: float, bound: float) -> float:
-    """What two numbers have in common, at most `bound`."""
+    """Common part of two numbers, at most `bound`."""
     if left * right <= 0.0:
         return 0.0
     return math.copysign(min(abs(left), abs(right), bound), left)

@@ -15,9 +15,9 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """One switch per mechanism; each acts alone. As constructed all are off: the bare plan."""
 
     leg_admittance: bool = False
-    """Thesis 4.1.1: the swing leg gives way along z to the ground that it meets."""
+    """Thesis 4.1.1: the swing leg yields to the ground along z at touch-down."""
     ankle_admittance: bool = False
-    """Thesis 4.1.2: the swing foot turns until its sole lies on the ground."""
+    """Thesis 4.1.2: the swing foot turns until its sole is flat on the ground."""
     torso: TorsoName = "none"
     """Torso control, thesis 4.2: notch and PI from the torso's pitch to the stance ankle."""
     gyroscope_damping: bool = False
@@ -29,9 +29,9 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     swing_foot_orientation: bool = False
     """The swing foot is turned about the stance foot against the torso's measured tilt."""
     ground_tilt: bool = False
-    """The plan is laid on the ground as the standing soles find it."""
+    """The plan is aligned to the ground by the stance soles."""
     common_ankle_tilt: bool = False
-    """What both ankle admittances hold in common becomes the ground's tilt."""
+    """The common turn of both ankle admittances becomes the ground's tilt."""
     late_touch_down: bool = False
     """A foot that is late stays a swing foot; it is lowered further, and the plan waits for it."""
     attitude_correction: bool = False
@@ -41,9 +41,9 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     foothold_feedback: bool = False
     """Footholds follow the measured capture point, in gaits that can move them."""
     foot_placement: bool = False
-    """The swing foot is aimed beside its foothold by the way by which the feet missed theirs before."""
+    """The target of the swing foot is its foothold less the learnt miss."""
     capture_step: bool = False
-    """A robot that stands answers a push by a capture step, with gaits that can."""
+    """A standing robot answers a push by a capture step, with gaits that can."""
     heading_hold: bool = False
     """Footholds turn back by the angle by which the robot turned off its plan, in gaits that can."""
     velocity_hold: bool = False

@@ -1,7 +1,7 @@
-"""The states of the controller and what leads from one to the next: one table, read from top to bottom.
+"""The states of the controller and their transitions: one table, read from top to bottom.
 
-In each cycle every row is looked at once, in this order. A row whose state is in force and whose condition
-holds is carried out, and the rows below see the state that it led to. The controller has a method for each act.
+In each cycle every row is evaluated once, in this order. A row whose state is in force and whose condition
+holds is carried out, and the rows below see the new state. The controller has a method for each act.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ Verb = Literal[
     "arrive",
     "stand",
 ]
-"""What the controller does, by the name of the row's last column."""
+"""Acts of the controller, by the name in the row's third column."""
 
 
 class Situation(NamedTuple):
-    """All that decides a transition in one cycle."""
+    """Inputs of the transitions in one cycle."""
 
     state: State
     frame: SensorFrame
@@ -49,9 +49,9 @@ class Situation(NamedTuple):
     lying_side: Lying
     """Side on which the robot lies."""
     first: bool
-    """No frame was answered before this one."""
+    """No frame has been answered before this one."""
     hold_over: bool
-    """The time for which the walk was ordered is over."""
+    """The time for which the walk is ordered is over."""
     motion_ordered: bool
     """A motion waits to begin."""
     walk_ordered: bool
@@ -61,7 +61,7 @@ class Situation(NamedTuple):
     goes_on: bool
     """After getting up the order is resumed."""
     waits_for_orders: bool
-    """The controller serves orders; otherwise it carries out the one with which it was made."""
+    """The controller serves orders; otherwise it carries out the one of its constructor."""
     fell: bool
     """Since the last walk began."""
 
@@ -73,12 +73,7 @@ class Transition(NamedTuple):
     condition: Callable[[Situation], bool]
     next: Verb
     last: bool = False
-    """No further row is looked at in this cycle, and the new state asks for its first pose."""
-
-
-def _begins_down(s: Situation) -> bool:
-    """The robot of the first frame sits or lies."""
-    return s.first and s.recovery.begins_down(s.frame, s.lying_side)
+    """No further row is evaluated in this cycle, and the new state sets its first pose."""
 
 
 def _motion_got_up(s: Situation) -> bool:
@@ -95,9 +90,9 @@ def _motion_left_it_standing(s: Situation) -> bool:
 
 
 def _put_on_its_feet(s: Situation) -> bool:
-    """It was limp, now it is stiff and upright: somebody set it up, and not this controller.
+    """It was limp, now it is stiff and upright: a person put it on its feet, not this controller.
 
-    The fused angle of the frame counts. The walker's own still turns up from where the robot lay.
+    The fused angle of the frame counts. The walker's own still turns up from the lying pose.
     """
     state = s.state
     if not (s.waits_for_orders and isinstance(state, Fallen | Resting) and state.went_limp):
@@ -106,7 +101,7 @@ def _put_on_its_feet(s: Situation) -> bool:
 
 
 def _may_begin(s: Situation) -> bool:
-    """From a stand, from lying upright, or on the way to a stand that is near."""
+    """A walk may begin from a stand, from lying upright, or near to a stand that is approached."""
     if not s.walk_ordered:
         return False
     if isinstance(s.state, Approaching):
@@ -118,9 +113,9 @@ WALKING: Final[tuple[StateName, ...]] = ("walk", "stopping")
 
 TRANSITIONS: Final = (
     # Before the fall: a robot that lies at the beginning has not fallen.
-    Transition(("approach",), _begins_down, "get up"),
+    Transition(("approach",), lambda s: s.first and s.recovery.begins_down(s.frame, s.lying_side), "get up"),
     Transition(WALKING, lambda s: s.hold_over, "stop"),
-    # Ends the cycle: the pose in which the robot meets the ground must not wait for an order's.
+    # Ends the cycle: the pose before the impact must not wait for an order's.
     Transition(("approach", *WALKING, "stand"), lambda s: bool(s.estimate.fall), "fall", last=True),
     # Before the ends of motions, so that a motion that ends rests for a cycle before another begins.
     Transition(("fallen", "rest"), lambda s: s.recovery.due(s.state, ordered=s.walk_ordered), "get up"),
@@ -130,12 +125,12 @@ TRANSITIONS: Final = (
     Transition(("motion",), lambda s: isinstance(s.state, Moving) and s.state.failed, "lie"),
     Transition(("motion",), _motion_left_it_standing, "stand up"),
     Transition(("motion",), _motion_done, "rest"),
-    # Before an ordered motion or walk: these begin from the stand then.
+    # Before an ordered motion or walk: these then begin from the stand.
     Transition(("fallen", "rest"), _put_on_its_feet, "stand up"),
     Transition(WALKING, lambda s: s.estimate.gap > s.parameters.max_gap, "interrupt"),
     # Before orders: a robot that tips over has no time for them.
     Transition(("stand",), lambda s: s.estimate.feedback.capture_step is not None, "capture step"),
-    # A motion before a walk: who orders a motion drops the walk, so a walk that waits was ordered later.
+    # A motion before a walk: ordering a motion drops the walk, so a waiting walk is the later order.
     Transition(("stand", "rest", "fallen"), lambda s: s.motion_ordered, "play"),
     Transition(("approach", "stand", "fallen"), _may_begin, "begin"),
     # After the beginning, so that a walk heads for its target from its first cycle on.
@@ -143,9 +138,9 @@ TRANSITIONS: Final = (
     # Last: the successor takes this cycle, and nothing before has seen it.
     Transition(("approach",), lambda s: isinstance(s.state, Approaching) and s.state.done, "arrive"),
 )
-"""Before the state answers."""
+"""Rows before the state answers."""
 
 ENDINGS: Final = (
     Transition(("stopping",), lambda s: isinstance(s.state, Walking) and s.state.feet_closed, "stand"),
 )
-"""After the state answered."""
+"""Rows after the state answered."""

@@ -55,7 +55,7 @@ class CameraProcess:
         robot: id.
         endpoint: of the robot.
         body: name or path of its data sheet.
-        pipe: to whoever asks for pictures.
+        pipe: to the requester of pictures.
     """
 
     def __init__(self, robot: str, endpoint: str, body: str, pipe: Pipe) -> None:
@@ -64,22 +64,22 @@ class CameraProcess:
         self._truth: tuple[float, bytes] | None = None
         self._world: WorldReply | None = None
         self._session = open_client(endpoint, _CONNECT)
-        subscribe(self._session, keys.topic_key(robot, TruthFrame), self._keep)
+        subscribe(self._session, keys.topic_key(robot, TruthFrame), self._note_truth)
         self._client = WorldClient(robot, endpoint)
         for work in (self._ask_world, self._report):
             threading.Thread(target=work, daemon=True).start()
 
-    def _keep(self, payload: bytes) -> None:
+    def _note_truth(self, payload: bytes) -> None:
         self._truth = time.time(), payload
 
     def _ask_world(self) -> None:
         while True:
-            with contextlib.suppress(NaoHilError):  # the robot is gone, or gone again
+            with contextlib.suppress(NaoHilError):  # the robot is unreachable
                 self._world = self._client.send(Status())
             time.sleep(1.0 / WORLD_RATE)
 
     def _now(self) -> tuple[float, TruthFrame, WorldReply] | None:
-        """When the newest ground truth came (s since 1970), and the state of the world; None: unknown."""
+        """Arrival of the newest ground truth (s since 1970), and the state of the world; None: unknown."""
         if self._truth is None or self._world is None:
             return None
         moment, payload = self._truth
@@ -89,7 +89,7 @@ class CameraProcess:
             return None
 
     def serve(self) -> None:
-        """Answer requests until the other end is gone."""
+        """Answer requests until the other end closes."""
         while (message := self._pipe.receive()) is not None:
             number, *request = message
             deadline = time.monotonic() + _CONNECT
@@ -127,12 +127,12 @@ class CameraProcess:
         while True:
             time.sleep(1.0 / SIGHT_RATE)
             now = self._now()
-            seen = [] if now is None else self._sights(*now[1:])
+            seen = [] if now is None else self._picked_views(*now[1:])
             if seen or told:
                 self._pipe.send([0, seen])
             told = seen
 
-    def _sights(self, truth: TruthFrame, world: WorldReply) -> list[Any]:
+    def _picked_views(self, truth: TruthFrame, world: WorldReply) -> list[Any]:
         """Sights (see `bridge.adapters.naoqi.core.cameras`) of the things that nothing hides."""
         if not world.things:
             return []

@@ -158,8 +158,8 @@ class CameraScene:
 def floor_of(world: WorldReply) -> Floor:
     """The floor.
 
-    A tilted one goes through the world's origin, as a scenario's does; one that was tilted live about another
-    point is drawn beside its place.
+    A tilted one passes through the world's origin, as a scenario's does; one that an event tilts about another
+    point is drawn shifted.
     """
     roll, pitch = world.floor
     return Floor(np.zeros(3), rotation(roll, pitch, 0.0))

@@ -21,7 +21,7 @@ _PARALLEL: Final = 1e-12
 
 
 class Solid(Protocol):
-    """Something that can be seen."""
+    """A visible shape."""
 
     @property
     def hull(self) -> Array:
@@ -34,10 +34,10 @@ class Solid(Protocol):
         ...
 
     def intersect(self, eye: Array, rays: Array) -> Array:
-        """Depth at which rays meet it first, infinite where they do not.
+        """Depth of each ray's first intersection, infinite where there is none.
 
         Args:
-            eye: from which they come, world frame, (3,), m.
+            eye: origin of the rays, world frame, (3,), m.
             rays: (..., 3), world frame, to depth 1.
         """
         ...
@@ -204,7 +204,7 @@ def window(solid: Solid, eye: Array, R: Array, slopes: Array) -> tuple[float, fl
 
 
 def _first_root(rays: Array, eye: Array, radius: float) -> Array:
-    """Depth at which rays from `eye` come within `radius` of the origin; infinite where they do not."""
+    """Depth at which rays from `eye` enter the sphere of `radius` about the origin; infinite for a miss."""
     a = np.einsum("...i,...i->...", rays, rays)
     half_b, c = rays @ eye, float(eye @ eye) - radius * radius
     under = half_b * half_b - a * c

@@ -38,7 +38,7 @@ class Scene(ABC):
     sole and box: the box's own if it has one, else the floor's. The rest of the robot has the fraction
     `Body.shapes.shell_friction` of the sole's, and between two limbs the square of it. All contacts are plastic
     (restitution 0).
-    Soles meet everything through the surface's bed of springs; other links and boxes are hard.
+    Soles touch everything through the surface's bed of springs; other links and boxes are hard.
     """
 
     @abstractmethod
@@ -146,7 +146,7 @@ class Multibody(ABC):
 
     @abstractmethod
     def hold_torso(self, held: bool) -> None:
-        """Fix the torso to the world where it is (a robot on a hook), or let it go."""
+        """Fix the torso to the world where it is (a robot on a hook), or release it."""
 
     @abstractmethod
     def torso(self) -> TorsoState:
@@ -179,7 +179,7 @@ class Multibody(ABC):
 
     @abstractmethod
     def lock(self, joints: Collection[str], torque: float) -> None:
-        """Block exactly these joints at their present angles, and free all that were blocked before.
+        """Block exactly these joints at their present angles, and release all others.
 
         Args:
             joints: Names.
@@ -188,7 +188,7 @@ class Multibody(ABC):
 
     @abstractmethod
     def lock_torque(self) -> Array:
-        """Torque with which each blocked joint was held in the last step, (n,), N m; 0 for the others."""
+        """Torque that held each blocked joint in the last step, (n,), N m; 0 for the others."""
 
     @abstractmethod
     def distance(self, name: str) -> float:
@@ -196,13 +196,13 @@ class Multibody(ABC):
 
     @abstractmethod
     def overlap(self) -> float:
-        """Depth of the deepest overlap of two limbs that can meet now, m (`shapes.collision_pairs`)."""
+        """Depth of the deepest overlap of two limbs that can touch now, m (`shapes.collision_pairs`)."""
 
 
 class Engine(ABC):
     """A world with a floor and, once it is added, a robot.
 
-    An engine may put off building its model until the first call that needs it: the scene is laid, then the
+    An engine may defer building its model until the first call that needs it: first the scene is set, then the
     robot is added, then both change while the world runs.
     """
 
@@ -269,7 +269,7 @@ class Engine(ABC):
         Args:
             starts: World frame, (n, 3), m.
             ends: One for each start, likewise.
-            ground_only: Rays meet the floor and objects fixed on it, and nothing else.
+            ground_only: Rays hit the floor and objects fixed on it, and nothing else.
         """
 
     @abstractmethod

@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # a name is chosen without Numba, which takes a second
 ENGINES: Final = ("pybullet", "mujoco")
 """The first is the default, where it is installed."""
 WITHOUT_PYBULLET: Final = "PyBullet is not installed; the physics is MuJoCo's."
-"""Said where the default is not there; its wheels are for Python up to 3.11 on x86-64 Linux."""
+"""Notice where the default is missing; its wheels are for Python up to 3.11 on x86-64 Linux."""
 MISSING: Final = {
     "pybullet": "PyBullet is not installed: pip install 'nao-hil[emulator]' brings it where it has a wheel "
     "(Python up to 3.11 on x86-64 Linux); --engine mujoco does without.",

@@ -4,8 +4,8 @@ Forces are means over the physics steps of a cycle. A servo that gets a new requ
 contact forces swing within the cycle, by tens of newtons when it is stiff. A sample of the last step would be
 wrong in the mean, the centre of pressure by centimetres; force sensors have filters that see the average.
 
-The engines' own joint limits act from the step after one was passed: a joint at 20 rad/s is then 1.1 degrees
-beyond it. So a joint that would pass its stop within the coming step is braked to arrive at it. The braking
+The engines' own joint limits act one step late: a joint at 20 rad/s is then 1.1 degrees
+beyond. So a joint that would pass its stop within the next step is braked to arrive at it. The braking
 uses the inertia of the joint's own link and rotor, the least that can be moving: it takes away speed, never
 turns it round, and leaves the rest to the engine.
 """
@@ -24,7 +24,7 @@ from emulator.compiled import compilable, compiled
 from emulator.engine.values import FootLoad, GroundContacts
 from emulator.vectors import add, rotate_back, scaled
 
-STEEP: Final = 0.5
+RIM_COSINE: Final = 0.5
 """Cosine to the sole's normal below which a contact pushes on the rim of the foot, not on the sole."""
 
 

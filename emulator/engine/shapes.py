@@ -1,7 +1,7 @@
-"""Shapes of a NAO's links, sized by its data sheet, for looks and contacts.
+"""Shapes of a NAO's links, sized by its data sheet, for pictures and contacts.
 
-One convex shape a link: the shell that meets the floor, an object or another limb, see `link_shapes`. None of
-them reaches the ground in a standing, walking or crouching robot. Which limbs meet each other is in
+One convex shape a link: the shell that touches the floor, an object or another limb, see `link_shapes`. None
+of them reaches the ground in a standing, walking or crouching robot. The pairs of limbs in contact are in
 `collision_pairs`; every other pair passes through each other, because the ends of the joints' ranges keep it
 apart on the robot.
 """
@@ -185,12 +185,12 @@ def link_shapes(body: Body) -> dict[str, Shape]:
 
 
 def collision_pairs(body: Body) -> frozenset[tuple[str, str]]:
-    """Pairs of links that can meet each other, each pair once.
+    """Pairs of links that can touch each other, each pair once.
 
     Every part of a leg with every part of the other leg; forearm and hand with the trunk, the head, the legs
     and the other forearm and hand. Left out are neighbours, parts of one leg or one arm, upper arm and thigh
-    with the trunk: the ends of the joints' ranges keep them apart. The balls of the buttocks meet nothing of
-    the robot, because they are wider than the real ones beside the hands.
+    with the trunk: the ends of the joints' ranges keep them apart. The balls of the buttocks touch no part of
+    the robot, because they are wider than the real ones next to the hands.
     """
     shapes = link_shapes(body)
     legs = {side: [f"{side}{part}" for part in ("HipPitch", "KneePitch", "AnkleRoll")] for side in "LR"}

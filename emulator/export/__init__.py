@@ -1,1 +1,1 @@
-"""The calibrated robot for others: as a MuJoCo model (MJCF), or as URDF, which says less."""
+"""The calibrated robot for others: as a MuJoCo model (MJCF), or as URDF, which contains less."""

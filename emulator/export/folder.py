@@ -1,4 +1,4 @@
-"""The robot as a folder that model collections take as it is: MuJoCo Menagerie's layout, and URDF beside it.
+"""The robot as a folder that model collections take as it is: MuJoCo Menagerie's layout, with URDF.
 
 The shell is in `assets/`; the shapes that touch the world stay primitive, as in the emulated robot.
 """

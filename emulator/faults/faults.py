@@ -48,7 +48,7 @@ FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | JointLimp |
 
 
 class CommandChannel:
-    """Carries commands, each to arrive some cycles after it was sent; the last to arrive is in force.
+    """Carries commands, each with a delay in cycles; the last to arrive is in force.
 
     Args:
         random: decides which commands suffer.
@@ -63,7 +63,7 @@ class CommandChannel:
 
     @property
     def empty(self) -> bool:
-        """Nothing is on the way."""
+        """No command is on the way."""
         return not self._on_the_way
 
     def apply_command_faults(
@@ -81,7 +81,7 @@ class CommandChannel:
         self._cycle += 1
         if command is not None:
             for delay, behind in self._fates(faults):
-                # one that was overtaken arrives after all that were sent up to the cycle of its arrival
+                # an overtaken command arrives after all that were sent up to the cycle of its arrival
                 order = 2 * (self._sent + (delay + 1 if behind else 0)) + behind
                 self._on_the_way.append((self._cycle + delay, order, command))
             self._sent += 1
@@ -239,7 +239,7 @@ class Faults:
         rezero: Restarts the inertial unit.
         planned: Faults of the scenario.
         random: Source of everything random in the faults.
-        notify: Told in one sentence when a fault begins and ends, with a short code.
+        notify: Called with one sentence and a short code when a fault begins and ends.
     """
 
     def __init__(
@@ -259,10 +259,10 @@ class Faults:
         self._frames = FrameFaults(chance[1])
         self._joints = JointFaults(robot, servo)
         self.stalled = False
-        """The DCM stands still."""
+        """The DCM has stopped."""
         self._of_commands: list[CommandFault] = []
         self._of_frames: list[FrameFault] = []
-        self._look_ahead()
+        self._find_next_change()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -282,7 +282,7 @@ class Faults:
                 self.start(event.fault, time, event.duration)
             except FrameError as error:
                 self._notify("fault-refused", str(error))
-        self._look_ahead()
+        self._find_next_change()
 
     def start(self, fault: Fault, time: float, duration: float) -> str:
         """Begin a fault, and return its name.
@@ -334,9 +334,9 @@ class Faults:
         self.stalled = any(isinstance(fault, DcmPause) for fault in faults)
         powered = not any(isinstance(fault, HalError | PowerLoss) for fault in faults)
         self._joints.apply((fault for fault in faults if isinstance(fault, JointFault)), powered)
-        self._look_ahead()
+        self._find_next_change()
 
-    def _look_ahead(self) -> None:
+    def _find_next_change(self) -> None:
         """Next time at which something begins or ends."""
         ends = [running.until for running in self._running.values()]
         self._next = min([*ends, *(event.time for event in self._planned[-1:])], default=math.inf)
@@ -348,5 +348,5 @@ class Faults:
         return self._channel.apply_command_faults(command, self._of_commands)
 
     def corrupt_frame(self, frame: SensorFrame) -> SensorFrame:
-        """The frame that leaves the DCM, of the one that was measured."""
+        """The frame that leaves the DCM, made from the measured one."""
         return self._frames.corrupt_frame(frame, self._of_frames) if self._of_frames else frame

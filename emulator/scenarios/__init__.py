@@ -15,7 +15,7 @@ from emulator.scenarios.model import Scenario
 
 _FOLDER: Final = Path(__file__).parent
 SCENARIOS: Final = tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
-"""Names of the scenarios that come with the package."""
+"""Names of the scenarios in the package."""
 __all__ = ["FLAT", "SCENARIOS", "START_NAMES", "PlacedBox", "Scenario", "load_scenario"]
 MAX_CSV: Final = 1 << 23
 """bytes of a file of heights."""

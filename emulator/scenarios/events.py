@@ -71,7 +71,7 @@ class FrictionEvent(_Event, frozen=True, kw_only=True):
 
 
 class PendulumEvent(_Event, frozen=True, kw_only=True):
-    """A pendulum is let go and strikes the robot."""
+    """A pendulum is released and strikes the robot."""
 
     mass: Positive
     """Of the bob."""

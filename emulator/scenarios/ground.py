@@ -25,7 +25,7 @@ class ScenarioTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
-"""How a robot can begin; their meaning: `emulator.start.START_POSES`."""
+"""Names of the start poses; their meaning: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
 """Of a heightfield."""
@@ -47,7 +47,7 @@ class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
 
 
 class Start(ScenarioTable, frozen=True, kw_only=True):
-    """How the robot begins."""
+    """Start of the robot."""
 
     pose: StartName = "stand"
     """`stand`: in `posture`, its soles parallel to the floor; or sitting, lying, hanging, see
@@ -72,7 +72,7 @@ class PlacedBox(ScenarioTable, frozen=True, kw_only=True):
     """Middle of its bottom."""
     yaw: Degrees = 0.0
     height: float | None = None
-    """Of its bottom over the floor; none: it lies on the ground under it."""
+    """Of its bottom over the floor; none: it rests on the ground under it."""
     mass: NotNegative = 0.0
     """0: fixed on the floor."""
     friction: Friction | None = None
@@ -88,7 +88,7 @@ class PlacedThing(ScenarioTable, frozen=True, kw_only=True):
     at: Vec2
     """Its middle."""
     height: float | None = None
-    """Of its middle over the floor; none: a ball lies there, the others are at eye level."""
+    """Of its middle over the floor; none: a ball rests there, the others are at eye level."""
     yaw: Degrees = 180.0
     """Heading to which a landmark or a face shows its front; 180: towards where the robot starts."""
     size: Positive | None = None
@@ -115,7 +115,7 @@ class Tiles(ScenarioTable, frozen=True, kw_only=True):
     """None: the tiles follow the seed of the run."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for more tiles than an engine can lay."""
+        """Raises ValueError for more tiles than an engine can hold."""
         count = self.area[0] / self.edge * self.area[1] / self.edge
         if count > MAX_TILES:
             raise ValueError(f"{count:.0f} tiles; at most {MAX_TILES}: a smaller area, or longer edges")
@@ -129,7 +129,7 @@ class Heightfield(ScenarioTable, frozen=True, kw_only=True):
     heights: tuple[tuple[NotNegative, ...], ...] = ()
     """Rows from right to left (y), each from back to front (x)."""
     file: str = ""
-    """CSV of the same, beside the scenario."""
+    """CSV of the same, in the scenario's folder."""
     area: Plane = (2.0, 1.0)
     """Of a random one, along x and y."""
     roughness: NotNegative = 0.0

@@ -68,7 +68,7 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
         for tilt in sorted(self.tilts, key=lambda event: event.time):
             turn = math.radians(max(abs(tilt.roll - at[0]), abs(tilt.pitch - at[1])))
             shortest = min_tilt_duration(turn)
-            # one that cuts another short begins somewhere on its way, and is judged there and then
+            # a tilt that interrupts another begins part-way, and is checked then
             if tilt.time >= until and tilt.duration < shortest:
                 raise ValueError(
                     f"tilts: the turn at {tilt.time:g} s needs a duration of {shortest:.3g} s or more"

@@ -1,8 +1,8 @@
 """Force sensors of a foot: the ground's push on the sole, distributed among four cells.
 
 The sole is a rigid plate on four equal springs that can only push. Its forces are affine in the cells' places,
-which makes them the forces of least norm with the right sum and moments; a cell that would have to pull lets
-go, and the other three are then given by statics alone.
+which makes them the forces of least norm with the right sum and moments; a cell that would have to pull has
+none, and the other three are then given by statics alone.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class FootForceSensors:
     def distribute(self, force: float, cop: Vec2 | None) -> Cells:
         """Forces on FL, FR, RL, RR along the sole normal, N.
 
-        Their sum is the force; their centre of pressure is the true one where it lies between the cells, else
+        Their sum is the force; their centre of pressure is the true one where it is between the cells, else
         the nearest point that does.
 
         Args:

@@ -1,6 +1,6 @@
 """The angle that the inertial board fuses: accelerometer while the rate is steady, gyroscope otherwise.
 
-Only the samples of the two sensors go in. The vendor describes the switch (thesis 4.2.1), not the filter; its
+Its inputs are the samples of both sensors. The vendor describes the switch (thesis 4.2.1), not the filter; its
 form and numbers are fitted to the AngleY of a real board (an H25 on a swing).
 """
 

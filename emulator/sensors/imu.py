@@ -230,7 +230,7 @@ class InertialSensors:
         self.start(torso)
 
     def start(self, torso: TorsoState) -> None:
-        """Begin at a torso that has been at rest as it is now: at first, and when it was put there by hand."""
+        """Begin at a torso at rest: at the start, and after being moved by hand."""
         self._rotation = torso.rotation
         self._velocity = _velocity_of(self._place, torso.rotation, torso.velocity, torso.angular_velocity)
         at_rest = rotate_back(torso.rotation, self._up)

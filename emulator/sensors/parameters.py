@@ -49,7 +49,7 @@ class EncoderParameters(_Parameters, frozen=True):
     grid: bool = True
     """Round to the data sheet's counts per turn; a property of the part, so an ideal robot has it too."""
     residue: NotNegative = 0.0
-    """How far each joint's grid lies off whole counts, rad; the sign is drawn per joint."""
+    """Offset of each joint's grid from whole counts, rad; the sign is drawn per joint."""
     zero_error: NotNegative = 0.0
     """Standard deviation of the joints' zero errors, rad."""
     noise: NotNegative = 0.0

@@ -31,7 +31,7 @@ RAYS_PER_RING: Final = 6
 GRAZING: Final = 0.5
 """A surface hit at more than 60 degrees off its normal mirrors the sound away (assumed), as the floor does."""
 OWN_BODY_LAYERS: Final = 4
-"""How many of the robot's own links a ray may pass; it does not hear itself (assumed)."""
+"""Number of the robot's own links that a ray may pass; it does not sense itself (assumed)."""
 
 
 def _rays(side: float) -> Array:
@@ -72,8 +72,8 @@ class Sonars:
     def update(self, torso: TorsoState) -> None:
         """One cycle; every tenth of a second both sensors listen."""
         if self._cycles % self._every == 0:
-            left = self._listen(torso, PLACE, self._left)
-            right = self._listen(torso, (PLACE[0], -PLACE[1], PLACE[2]), self._right)
+            left = self._distance(torso, PLACE, self._left)
+            right = self._distance(torso, (PLACE[0], -PLACE[1], PLACE[2]), self._right)
             a, b = self._rows.next().tolist()
             self._reading = self._report(left, a), self._report(right, b)
         self._cycles += 1
@@ -90,7 +90,7 @@ class Sonars:
             distance = round(distance / self._step) * self._step
         return min(max(distance, MIN_DISTANCE), MAX_DISTANCE)
 
-    def _listen(self, torso: TorsoState, place: Vec3, rays: Array) -> float:
+    def _distance(self, torso: TorsoState, place: Vec3, rays: Array) -> float:
         """Distance of the nearest echo of one sensor, m; infinite without one."""
         origin = np.array(add(torso.position, rotate(torso.rotation, place)))
         ways: Array = _turned(torso.rotation, rays)

@@ -52,7 +52,7 @@ BUMPERS: Final[dict[Side, dict[str, Vec2]]] = {
 }
 """Places of the switches, AnkleRoll frame, x and y, m (vendor's hardware pages and URDFs)."""
 REACH: Final = 0.035
-"""How far from its place a push on the rim presses a bumper, m (assumed: the two shells cover the toes)."""
+"""Distance at which a push on the rim presses a bumper, m (assumed: the two shells cover the toes)."""
 
 
 class Battery:
@@ -107,7 +107,7 @@ class Battery:
 class Encoders:
     """Readings of the encoders of all joints.
 
-    Captured V6 packets lie on a grid of 2 pi / 4096 that is off whole counts by the same amount on every joint,
+    Captured V6 packets are on a grid of 2 pi / 4096 that is off whole counts by the same amount on every joint,
     with a sign that is the joint's own: the grid is shifted, the reading stays true to half a step.
 
     Args:
@@ -188,7 +188,7 @@ def _bumped(side: Side, rim: Iterable[Vec3]) -> set[str]:
 
 
 class Sensors:
-    """Everything that measures.
+    """All sensors of a robot.
 
     Every sensor, and in it every effect, has a generator of its own: switching one effect on changes no other.
 

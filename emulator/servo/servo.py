@@ -8,7 +8,7 @@ and backlash are a damped spring c^-1 through a dead zone of width `backlash`:
     tau = stall (u - theta' / no_load_speed)          |tau| <= stiffness * stall
     tau = (x + relaxation x') / c,  x = dead_zone(theta - q)
 
-Stall torque and no-load speed come from the data sheet. The engine makes each joint feel its rotor's
+Stall torque and no-load speed are from the data sheet. The engine makes each joint feel its rotor's
 inertia (`emulator.engine.base`), so the motor side here has none, and both lines meet in one implicit
 Euler step: without the stiff state of a rotor of its own, and stable with any backlash and any gear, a rigid
 one (c = 0) included. The price: within the backlash the link keeps the rotor's inertia.
@@ -71,7 +71,7 @@ class MotorHeat:
         self._heating = heating
         self._rise = heating.rise / nominal**2
         self.levels = (heating.warm, heating.hot, heating.critical)
-        """At which the status changes, degrees Celsius."""
+        """Temperature at which the status changes, degrees Celsius."""
 
     def update(self, mean_square_torque: Array, dt: float) -> None:
         """Heat and cool for a while.
@@ -125,7 +125,7 @@ class RequestLimits:
     """Clips requests as the robot's boards do.
 
     A coupled joint's range follows the *request* of the joint it is coupled to (assumed: the tables' page
-    does not say whether request or measurement counts).
+    leaves open whether request or measurement counts).
 
     Args:
         body: Data sheet.
@@ -307,14 +307,14 @@ class Servo:
         self.apply_power()
 
     def apply_power(self) -> None:
-        """Put stiffness, heat protection, `strength` and `backlash` in force; for whoever has set one."""
+        """Put stiffness, heat protection, `strength` and `backlash` in force, after one is set."""
         set_power(self.drives, self.heat.temperature, self.heat.levels)
 
     def advance(self, steps: int) -> int:
         """Let the clock run; to be called before the drives run.
 
         Args:
-            steps: Physics steps that are to come, at most a cycle.
+            steps: Physics steps until the next call, at most a cycle.
 
         Returns:
             The step, from 0, before which the drives are to take over their next request; -1: none of them.

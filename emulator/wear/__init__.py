@@ -1,4 +1,4 @@
-"""Wear profiles: how far a robot's drives and sensors are from ideal, each effect a number.
+"""Wear profiles: deviations of a robot's drives and sensors from ideal, each effect a number.
 
 A profile is a TOML file; an effect that it does not name stays ideal. Tables `generation.NAME` change it for
 the bodies whose names begin so.
@@ -18,7 +18,7 @@ from emulator.wear.ensemble import ENSEMBLE, WearProfile, ensemble_member, read_
 __all__ = ["WEAR", "WearProfile", "load_wear", "wear_of_seed"]
 
 WEAR: Final = ("ideal", "nominal", "worn")
-"""The profiles that come with the package, beside the members of ensembles."""
+"""The profiles of the package, without the members of ensembles."""
 
 
 def load_wear(name_or_path: str, body: Body | None = None) -> WearProfile:

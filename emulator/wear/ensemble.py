@@ -110,7 +110,7 @@ class RobotEnsemble(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     seed: int
     """Of the draws."""
     tried: int
-    """Robots that were simulated."""
+    """Number of simulated robots."""
     accepted: int
     """Of these, with every figure within its bounds."""
     unknowns: tuple[str, ...]
@@ -152,7 +152,7 @@ def load_ensemble() -> RobotEnsemble:
 
 
 def wear_of_seed(wear: str, seed: int) -> str:
-    """The wear of a run: `ensemble` alone stands for all members, one after the other by the seed."""
+    """The wear of a run: plain `ensemble` selects a member by the seed, one after the other."""
     return f"{ENSEMBLE}:{seed % len(load_ensemble().members)}" if wear == ENSEMBLE else wear
 
 

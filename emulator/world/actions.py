@@ -15,7 +15,7 @@ BOB_RADIUS: Final = 0.05
 
 
 class Action(Protocol):
-    """Something that goes on for a while."""
+    """An act on the robot that lasts for a while."""
 
     def step(self) -> bool:
         """Act before a physics step; False when the action has ended."""
@@ -94,7 +94,7 @@ class BoxPush:
 
 
 class PendulumStrike:
-    """A bob on a light rod, released at rest: strikes at its lowest point, gone after half a period.
+    """A bob on a light rod, released at rest: strikes at its lowest point, removed after half a period.
 
     Args:
         engine: Where.

@@ -29,7 +29,7 @@ from emulator.vectors import add, rotate
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, PendulumStrike
 from emulator.world.world import World
 
-GAP: Final = 0.001
+PLATE_GAP: Final = 0.001
 """Air between a lifted sole and the plate that appears under it, m."""
 _SIDES: Final[dict[str, tuple[Side, ...]]] = {"left": ("L",), "right": ("R",), "swing": ("L", "R")}
 _FOOT: Final = {"L": "left", "R": "right"}
@@ -38,12 +38,12 @@ WorldEvent = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendu
 
 
 class WaitingPlates:
-    """Plates that are to lie under a foot.
+    """Plates to be put under a foot.
 
     Args:
-        world: Where they will lie.
+        world: In which they are put.
         body: Data sheet of the robot.
-        notify: Told in one sentence that a plate lies, with a short code.
+        notify: Called with one sentence and a short code when a plate is put.
     """
 
     def __init__(self, world: World, body: Body, notify: Callable[[str, str], None]) -> None:
@@ -62,16 +62,16 @@ class WaitingPlates:
         self._waiting.append(plate)
 
     def begin_cycle(self) -> None:
-        """Lay every plate whose foot is high enough now."""
+        """Put every plate whose foot is high enough now."""
         if self._waiting:
-            self._waiting = [plate for plate in self._waiting if not self._lay(plate)]
+            self._waiting = [plate for plate in self._waiting if not self._put_plate(plate)]
 
-    def _lay(self, plate: PlateUnderFoot) -> bool:
+    def _put_plate(self, plate: PlateUnderFoot) -> bool:
         """Put a waiting plate under its foot if that is high enough; True when done."""
         for side in _SIDES[plate.foot]:
             foot = self._world.engine.robot.link_pose(FOOT_LINKS[side])
             lowest = min(self._world.clearance(_point(foot, corner)) for corner in self._soles[side])
-            if lowest >= plate.size[2] + GAP:
+            if lowest >= plate.size[2] + PLATE_GAP:
                 self._place(plate, side, foot)
                 return True
         return False
@@ -107,7 +107,7 @@ class EventExecutor:
         world: The world, with the robot in its engine.
         body: Data sheet of the robot.
         timeline: Robot time in s and command of each event.
-        notify: Told each event in one sentence, with a short code.
+        notify: Called with one sentence and a short code for each event.
     """
 
     def __init__(
@@ -131,7 +131,7 @@ class EventExecutor:
             time: Robot time at its beginning, s.
 
         Returns:
-            To be called before each physics step of the cycle; None when no action goes on.
+            To be called before each physics step of the cycle; None without a running action.
         """
         while self._timeline and self._timeline[-1][0] <= time + 1e-9:
             self._execute_event(self._timeline.pop()[1])
@@ -139,7 +139,7 @@ class EventExecutor:
         return self._before_step if self._actions else None
 
     def _execute_event(self, command: WorldEvent) -> None:
-        """Carry out an event of the timeline; one that is no longer possible is said, not raised."""
+        """Carry out an event of the timeline; one that is no longer possible is reported, not raised."""
         try:
             self.execute(command)
         except FrameError as error:
@@ -179,7 +179,7 @@ class EventExecutor:
         return text
 
     def objects(self) -> tuple[WorldObject, ...]:
-        """All boxes by name as they lie now."""
+        """All boxes by name at their present poses."""
         found = []
         for name, box in self._world.boxes.items():
             position, turn = self._engine.scene.pose(name)
@@ -247,7 +247,7 @@ class EventExecutor:
         if command.yaw is None:
             x, y = self._below(self._heading()[0])[:2]
             yaw = math.atan2(y - at[1], x - at[0])
-        world.put_thing(name, kind, at, yaw, command.height, command.size)
+        world.place_thing(name, kind, at, yaw, command.height, command.size)
         return f"The {kind} `{name}` is at ({at[0]:.3f}, {at[1]:.3f}, {world.things[name].position[2]:.3f})."
 
     def _remove(self, command: Remove) -> str:
@@ -287,7 +287,7 @@ class EventExecutor:
             height = position[2] - self._world.clearance(position) + command.height
         way = heading + command.direction
         x, y = math.cos(way), math.sin(way)
-        # the torso's surface where the bob comes from
+        # the torso's surface on the bob's side
         (hit,) = self._engine.rays([(com[0] - x, com[1] - y, height)], [(com[0], com[1], height)])
         if hit.kind != "robot":
             raise FrameError(f"A pendulum would miss the robot {height:.3g} m over the floor's origin.")

@@ -37,9 +37,9 @@ SURFACES: Final = {
     "turf": Surface(friction=0.7, stiffness_per_area=0.3e7, relaxation=0.015),
 }
 """By the name that a scenario uses."""
-_HIGH: Final = 5.0
+_RAY_HEIGHT: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
-_INSIDE: Final = -1e-4
+_OVERLAP_DISTANCE: Final = -1e-4
 """Distance from which a box counts as standing inside the robot, m."""
 
 
@@ -57,7 +57,7 @@ class WorldBox:
 
 @dataclass(frozen=True)
 class Thing:
-    """Something to be seen, and not to be touched."""
+    """A thing that can be seen, not touched."""
 
     kind: ThingKind
     size: float
@@ -65,7 +65,7 @@ class Thing:
     position: Vec3
     """Of its middle, floor frame, m."""
     yaw: float
-    """Heading to which its front looks, floor frame, rad."""
+    """Heading of its front, floor frame, rad."""
 
 
 class BoxState(NamedTuple):
@@ -108,7 +108,7 @@ class World:
 
     @property
     def uneven(self) -> bool:
-        """Something is fixed on the floor."""
+        """Whether any box is fixed on the floor."""
         return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
 
     def set_surface(self, surface: Surface) -> None:
@@ -157,10 +157,10 @@ class World:
         """Height of the ground, fixed things included, over the bare floor at points of the floor frame, m."""
         if not self.uneven:
             return [0.0] * len(points)
-        starts = [self.to_world((x, y, _HIGH)) for x, y in points]
-        ends = [self.to_world((x, y, -_HIGH)) for x, y in points]
+        starts = [self.to_world((x, y, _RAY_HEIGHT)) for x, y in points]
+        ends = [self.to_world((x, y, -_RAY_HEIGHT)) for x, y in points]
         hits = self.engine.rays(starts, ends, ground_only=True)
-        return [_HIGH - 2.0 * _HIGH * hit.fraction for hit in hits]
+        return [_RAY_HEIGHT - 2.0 * _RAY_HEIGHT * hit.fraction for hit in hits]
 
     def add_box(
         self,
@@ -187,7 +187,7 @@ class World:
             beside_robot: Refuse a place in which the robot is.
 
         Raises:
-            FrameError: the box would stand inside the robot; the world stays as it was.
+            FrameError: the box would overlap the robot; the world stays as it was.
         """
         before = self._box_state(name)
         self.remove_box(name)
@@ -204,10 +204,10 @@ class World:
 
     def in_robot(self, name: str) -> bool:
         """Whether a box overlaps the robot."""
-        return self.engine.robot.distance(name) < _INSIDE
+        return self.engine.robot.distance(name) < _OVERLAP_DISTANCE
 
     def clear_robot(self) -> tuple[str, ...]:
-        """Take away the movable boxes that overlap the robot, which was put where they are; their names."""
+        """Remove the movable boxes that overlap the robot after it is placed; their names."""
         within = tuple(name for name, box in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
         for name in within:
             self.remove_box(name)
@@ -219,7 +219,7 @@ class World:
         return None if box is None else BoxState(box, scene.pose(name), scene.velocity(name))
 
     def _put_back(self, name: str, state: BoxState) -> None:
-        """Put a box that was replaced back as it was."""
+        """Restore a box that was replaced."""
         box = state.box
         (x, y, z), turn = self.in_floor(state.pose)
         height = z - 0.5 * box.size[2]
@@ -227,7 +227,7 @@ class World:
         if box.mass > 0.0:
             self.engine.scene.move(name, state.pose, state.velocity)
 
-    def put_thing(
+    def place_thing(
         self, name: str, kind: ThingKind, at: Vec2, yaw: float, height: float | None, size: float | None
     ) -> None:
         """Put a thing to be seen, or replace that of its name; the fields of `PlaceThing`, floor frame."""
@@ -236,7 +236,7 @@ class World:
             height = 0.5 * wide if kind == "ball" else THING_HEIGHT
         self.things[name] = Thing(kind, wide, (*at, height), yaw)
 
-    def seen_things(self) -> tuple[WorldThing, ...]:
+    def visible_things(self) -> tuple[WorldThing, ...]:
         """All things to be seen, in the world frame."""
         turn = matrix(self.pose.orientation)
         return tuple(

@@ -1,1 +1,1 @@
-"""Benchmarks: each figure beside its floor, measured in the same run. Medians and ratios; no verdicts."""
+"""Benchmarks: each figure with its floor, measured in the same run. Medians and ratios; no verdicts."""

@@ -1,8 +1,8 @@
-"""A batch of robots beside the single robot and the bare engine, in one run.
+"""A batch of robots against the single robot and the bare engine, in one run.
 
-Blocks of a single robot, of a batch in one thread and of the same batch in all threads take turns, and beside
-each MuJoCo's own steps of the same robots in as many threads: its floor. Each robot is commanded to stand.
-Real-time factors are summed over the robots: by the wall clock, and per second of the processor, which tells
+Blocks of a single robot, of a batch in one thread and of the same batch in all threads take turns, each with
+its floor: MuJoCo's own steps of the same robots in as many threads. Each robot is commanded to stand.
+Real-time factors are summed over the robots: by the wall clock, and per second of the processor, which shows
 the cost of threads where others use the machine.
 """
 
@@ -23,7 +23,7 @@ from nao_hil.runs.config import RunConfig
 
 
 def measure(robots: int = 16, body: str = "nao-v6", blocks: int = 24, cycles: int = 10) -> dict[str, Any]:
-    """Medians over the blocks, nominal robots that stand, on MuJoCo.
+    """Medians over the blocks, nominal robots at a stand, on MuJoCo.
 
     Returns:
         By condition: the real-time factor, the same per second of the processor, both of its floor too, and the

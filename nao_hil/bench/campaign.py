@@ -231,7 +231,7 @@ def measure_speed_up(rounds: int = 3, walks: int = 16, duration: float = 10.0) -
         Per walk, of each number of workers: wall time, processor time of the workers, and of the command with
         its scheduler; the share of the workers' time outside walks. Speed-up by the wall clock, for an idle
         machine. For a busy one: at least this speed-up by processor time, `2 c1 / (c2 + s2)` times the ratio
-        of the shares inside walks, as if all that the command needs (s2) were taken from the two workers.
+        of the shares inside walks, as if the command's own need (s2) were taken from the two workers.
     """
     conditions: dict[int, list[_Condition]] = {1: [], 2: []}
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:

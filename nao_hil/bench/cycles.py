@@ -1,7 +1,7 @@
-"""In-process emulator cycles per second on each engine, and the engine's own steps beside them.
+"""In-process emulator cycles per second on each engine, against the engine's own steps.
 
 Cycles take turns with as many of the engine's own steps of the same standing robot, nothing applied and nothing
-read: the floor. And where the time of a cycle goes: each part's time is taken on its own, so that a profiler's
+read: the floor. The times of a cycle's parts are measured one by one, so that a profiler's
 own cost per call does not count against the parts with many small calls.
 """
 

@@ -20,26 +20,26 @@ from nao_hil.bench.pictures import TIMEOUT, await_server
 from nao_hil.runs.supervisor import Child, free_endpoint
 
 TRIALS: Final = 20
-BEFORE: Final = ("wakeUp", "rest", "StandInit", "Stand", "Crouch")
+CALLS_BEFORE: Final = ("wakeUp", "rest", "StandInit", "Stand", "Crouch")
 """The program's last call before the move, in turn; `rest` is followed by `wakeUp`."""
-WALKED: Final = 1.5
+WALK_TIME: Final = 1.5
 """s of each walk."""
-PROMISED: Final = 0.7
+PROMISED_TIME: Final = 0.7
 """s"""
-LIFTED: Final = 5.0
+LIFTED_FORCE: Final = 5.0
 """N; a foot that carries less is in its first step."""
 _ROOT: Final = Path(__file__).parents[2]
 
 
-def measure(trials: int = TRIALS, before: tuple[str, ...] = BEFORE) -> dict[str, Any]:
+def measure(trials: int = TRIALS, before: tuple[str, ...] = CALLS_BEFORE) -> dict[str, Any]:
     """A V5 on MuJoCo, in real time.
 
     Returns:
         Seconds that each call took, and from its beginning to the first step (a foot without load, by the
-        ground truth), with the call before it; how many steps began within `PROMISED`.
+        ground truth), with the call before it; how many steps began within `PROMISED_TIME`.
 
     Raises:
-        LinkError: a process failed, or a step did not come.
+        LinkError: a process failed, or a step is missing.
     """
     endpoint, url = free_endpoint(), "tcp://" + free_endpoint().removeprefix("tcp/")
     with tempfile.TemporaryDirectory() as name:
@@ -61,29 +61,29 @@ def measure(trials: int = TRIALS, before: tuple[str, ...] = BEFORE) -> dict[str,
     return {
         "trials": [{"after": row[1], "call": float(row[2]), "step": float(row[3])} for row in rows],
         "median": statistics.median(steps),
-        "within": sum(step <= PROMISED for step in steps),
+        "within": sum(step <= PROMISED_TIME for step in steps),
     }
 
 
 class _Feet:
-    """Says when a foot leaves the ground."""
+    """Reports when a foot leaves the ground."""
 
     def __init__(self, endpoint: str) -> None:
         self._session = open_client(endpoint)
         self.lifted = threading.Event()
         self.at = 0.0
         key = keys.topic_key(keys.DEFAULT_ROBOT, TruthFrame)
-        self._subscriber = subscribe(self._session, key, self._keep)
+        self._subscriber = subscribe(self._session, key, self._update)
 
-    def _keep(self, data: bytes) -> None:
+    def _update(self, data: bytes) -> None:
         truth = decode(data, TruthFrame)
-        if not self.lifted.is_set() and min(truth.left.force[2], truth.right.force[2]) < LIFTED:
+        if not self.lifted.is_set() and min(truth.left.force[2], truth.right.force[2]) < LIFTED_FORCE:
             self.at = time.monotonic()
             self.lifted.set()
 
 
 def program(url: str, endpoint: str, trials: int, calls: tuple[str, ...]) -> None:
-    """The NAOqi program, a process of its own: a line `trial BEFORE CALL STEP` for each move."""
+    """The NAOqi program, a process of its own: a line `trial CALLS_BEFORE CALL STEP` for each move."""
     import os
 
     import qi
@@ -106,6 +106,6 @@ def program(url: str, endpoint: str, trials: int, calls: tuple[str, ...]) -> Non
         if not feet.lifted.wait(TIMEOUT):
             os._exit(1)
         print(f"trial {before} {called:.3f} {feet.at - begin:.3f}", flush=True)
-        time.sleep(WALKED)
+        time.sleep(WALK_TIME)
         motion.stopMove()
     os._exit(0)

@@ -1,4 +1,4 @@
-"""Time of the search for x_sd and x_ed: the whole grid at once, beside one pose after another."""
+"""Time of the search for x_sd and x_ed: the whole grid at once, against one pose after another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drives of emulated robots that differ from `nominal` in every unknown: recorded, fitted, beside the truth.
+"""Drives of emulated robots that differ from `nominal` in every unknown: recorded, fitted, against the truth.
 
 The robots are members of the ensemble of the V3, hanging, on MuJoCo, each recorded with `nao-hil excite` and
 fitted with `nao-hil identify`. `MODEL_ERROR` of the fit is calibrated on some; the others test the intervals.
@@ -31,7 +31,7 @@ CALIBRATION: Final = range(40, 43)
 CALIBRATION_SEED: Final = 9000
 """Seed of member 0; that of member k is k more."""
 VALIDATION: Final = range(30, 40)
-"""Members that nothing was calibrated on."""
+"""Members not used in any calibration."""
 VALIDATION_SEED: Final = 31_000
 
 
@@ -65,7 +65,7 @@ def measure(
 
 
 calibrate = functools.partial(measure, CALIBRATION, CALIBRATION_SEED)
-"""Robots on which `MODEL_ERROR` was calibrated."""
+"""Measurement on the robots that calibrate `MODEL_ERROR`."""
 
 
 def recover(member: int, seed: int, duration: float) -> Iterator[Recovered]:

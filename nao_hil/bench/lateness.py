@@ -1,4 +1,4 @@
-"""Lateness of the robot's real-time cycle, beside a bare 10 ms loop under the same priority."""
+"""Lateness of the robot's real-time cycle, against a bare 10 ms loop under the same priority."""
 
 from __future__ import annotations
 

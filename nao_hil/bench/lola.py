@@ -1,9 +1,9 @@
 """LoLA: the beat of a served socket, the time for an answer, and the cost of each hop between both ends.
 
-The client is a raw socket. Beat and time for an answer are measured with an emulated V6 in real time, beside a
-bare loop that sends as many bytes over a unix socket, and one that sends nothing. The hops are measured one by
-one, this process being the robot and the controller at both ends of each, so that one clock times both ways;
-beside them a unix socket's bare echo.
+The client is a raw socket. Beat and time for an answer are measured with an emulated V6 in real time, against
+a bare loop that sends as many bytes over a unix socket, and one that sends nothing. The hops are measured one
+by one, this process being the robot and the controller at both ends of each, so that one clock times both ways;
+their floor is a unix socket's bare echo.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def beat(seconds: float) -> dict[str, Any]:
 
 
 def window(sleeps: Sequence[float] = (0.007, 0.008, 0.009)) -> dict[str, Any]:
-    """Answers of 600 that were late, by engine and by the client's sleep between packet and answer.
+    """Late answers of 600, by engine and by the client's sleep between packet and answer.
 
     Args:
         sleeps: s.
@@ -236,7 +236,7 @@ def _bridge_hop(folder: Path) -> dict[str, Any]:
                     nonlocal seq
                     peer.sendall(packet)
                     while (newer := _next(link)) <= seq:
-                        pass  # it was repeated
+                        pass  # a repetition
                     seq = newer
 
                 def back() -> None:

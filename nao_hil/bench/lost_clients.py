@@ -31,9 +31,9 @@ CLIENTS: Final = 20
 """Of each kind."""
 SPEED: Final = (0.15, 0.0, 0.0)
 """m/s and rad/s"""
-STEPPING: Final = (3.0, 8.0)
+KILL_TIMES: Final = (3.0, 8.0)
 """s from the client's first packet in which it is killed; it walks from 1.5 s on."""
-DOWN: Final = 20.0
+DOWN_TIMEOUT: Final = 20.0
 """s until the robot must be down."""
 _ROOT: Final = Path(__file__).parents[2]
 
@@ -42,8 +42,8 @@ def measure(clients: int = CLIENTS) -> dict[str, Any]:
     """A nominal V6 on MuJoCo, in real time; the walking clients use `omni`.
 
     Returns:
-        For `standing` and `walking`: clients, after how many the robot came down (guard in `rest`) and
-        after how many it fell (torso over 45 degrees).
+        For `standing` and `walking`: number of clients, robots that sat down (guard in `rest`) and
+        robots that fell (torso over 45 degrees).
 
     Raises:
         LinkError: a process failed.
@@ -71,7 +71,7 @@ def _row(found: list[tuple[bool, bool]]) -> dict[str, int]:
 
 
 def _lose(endpoint: str, path: str, draw: random.Random, *, walks: bool) -> tuple[bool, bool]:
-    """Start a client on a standing robot and kill it; whether the robot came to rest, and whether it fell."""
+    """Start a client on a standing robot and kill it; whether the robot ends at rest, and whether it falls."""
     with WorldClient("nao", endpoint) as world:
         world.send(Reset(), TIMEOUT)
     tilts: list[float] = []
@@ -82,12 +82,12 @@ def _lose(endpoint: str, path: str, draw: random.Random, *, walks: bool) -> tupl
     with subprocess.Popen([sys.executable, "-c", code], cwd=_ROOT, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.readline()
-        time.sleep(draw.uniform(*STEPPING))
+        time.sleep(draw.uniform(*KILL_TIMES))
         if process.poll() is not None:
             raise LinkError("the client ended by itself.")
         process.kill()
     with GuardClient("nao", endpoint) as guard:
-        deadline = time.monotonic() + DOWN
+        deadline = time.monotonic() + DOWN_TIMEOUT
         while (state := guard.status().state) != "rest" and time.monotonic() < deadline:
             time.sleep(0.1)
     subscriber.undeclare()

@@ -1,4 +1,4 @@
-"""NAOqi: cost of a call to a served robot beside a bare qi call, and of the way through both ends.
+"""NAOqi: cost of a call to a served robot against a bare qi call, and of the way through both ends.
 
 The calls are made from a process of their own, in alternating blocks, to `nao-hil serve naoqi` and to a bare qi
 service that answers at once. The hops are measured with this process being the robot and the controller at both
@@ -52,7 +52,7 @@ def measure() -> dict[str, Any]:
 
 
 class _Robot:
-    """Goes where it is sent at once; says when it sent which frame, and when it got which command."""
+    """Follows each command at once; records the times of frames sent and commands received."""
 
     def __init__(self, endpoint: str) -> None:
         self.endpoint = endpoint

@@ -42,35 +42,35 @@ COUNT: Final = """
 
 
 class Viewer(ABC):
-    """Looks at a page in a thread of its own, from its creation to `close`."""
+    """Views a page in a thread of its own, from its creation to `close`."""
 
     def __init__(self) -> None:
         self.port = free_port()
         self._ready, self._stop = threading.Event(), threading.Event()
         self._rate = 0.0
-        self._thread = threading.Thread(target=self._look, daemon=True)
+        self._thread = threading.Thread(target=self._view, daemon=True)
 
     def open(self, timeout: float) -> None:
-        """Look at the page, which is served, and wait until it is shown; `timeout` in s. Raises LinkError."""
+        """View the served page and wait until it is shown; `timeout` in s. Raises LinkError."""
         self._thread.start()
         if not self._ready.wait(timeout):
             raise LinkError("the page was not shown.")
 
     def close(self) -> float:
-        """Look away; returns the pictures per second since the page was shown."""
+        """Stop viewing; returns the pictures per second since the page opened."""
         self._stop.set()
         self._thread.join()
         return self._rate
 
     @abstractmethod
-    def _look(self) -> None:
-        """Look until `_stop`: set `_ready` when the page is shown and, at the end, `_rate`."""
+    def _view(self) -> None:
+        """View until `_stop`: set `_ready` when the page is shown and, at the end, `_rate`."""
 
 
 class Receiver(Viewer):
     """Takes everything, draws nothing."""
 
-    def _look(self) -> None:
+    def _view(self) -> None:
         from websockets.sync.client import connect
         from websockets.typing import Origin
 
@@ -104,7 +104,7 @@ class Browser(Viewer):
         if self._path is None:
             raise ConfigurationError("This needs Chromium; on Debian or Ubuntu: apt-get install chromium.")
 
-    def _look(self) -> None:
+    def _view(self) -> None:
         from playwright.sync_api import sync_playwright
 
         with sync_playwright() as playwright:
@@ -125,7 +125,7 @@ TIMEOUT: Final = 120.0
 """s for each process to start, and for a page to be shown."""
 LISTENS: Final = "; recording to"
 FOUND: Final = "found:"
-LOADING: Final = 3.0
+LOADING_TIME: Final = 3.0
 """s until the robot walks."""
 CASES: Final[dict[str, tuple[type[Viewer] | None, bool]]] = {
     "without": (None, False),
@@ -133,7 +133,7 @@ CASES: Final[dict[str, tuple[type[Viewer] | None, bool]]] = {
     "page, one core busy": (Receiver, True),
     "browser": (Browser, False),
 }
-"""Who looks at the page, and whether another process computes all the time."""
+"""The page's viewer, and whether another process computes all the time."""
 BUSY: Final = (sys.executable, "-c", "while True: pass")
 
 
@@ -141,7 +141,7 @@ def measure(seconds: float = 15.0, rounds: int = 2) -> dict[str, Any]:
     """A walking robot's recording process on each engine, in turn without a page, with one, and with a browser.
 
     In the cases "page" a client takes the rows and draws nothing, as if a graphics card did that. The
-    browser draws in software, beside the robot. The floor is a process that makes the engine's own steps of a
+    browser draws in software, next to the robot. The floor is a process that makes the engine's own steps of a
     standing robot at the same pace and priority, and no other process runs.
 
     Returns:
@@ -200,7 +200,7 @@ def _walk(engine: str, seconds: float, viewer: Viewer | None) -> dict[str, float
         if page is not None:
             _wait(page, READY)
         _wait(walker, FOUND)
-        time.sleep(LOADING)
+        time.sleep(LOADING_TIME)
         if viewer is not None:
             viewer.open(TIMEOUT)
         time.sleep(seconds)
@@ -222,7 +222,7 @@ def _walk(engine: str, seconds: float, viewer: Viewer | None) -> dict[str, float
 
 
 def _wait(child: Child, word: str) -> None:
-    """Until it says so."""
+    """Wait until the output contains it."""
     deadline = time.monotonic() + TIMEOUT
     while word not in child.stderr:
         if not child.running or time.monotonic() > deadline:

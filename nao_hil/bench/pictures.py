@@ -21,7 +21,7 @@ from nao_hil.runs.supervisor import Child, free_endpoint
 
 TIMEOUT: Final = 120.0
 """s for each process to start."""
-UNDER_WAY: Final = 3.0
+START_TIME: Final = 3.0
 """s until the robot walks, and the first picture is there."""
 RATE: Final = 10
 """Pictures a second, of 320 x 240 pixels, RGB."""
@@ -32,7 +32,7 @@ CASES: Final[dict[str, tuple[str, ...]]] = {
     "pictures": ("pictures",),
     "driver": ("pictures", "states", "events"),
 }
-"""Programs beside the one that walks the robot."""
+"""Programs that run while one walks the robot."""
 _ROOT: Final = Path(__file__).parents[2]
 
 
@@ -41,7 +41,7 @@ def measure(seconds: float = 15.0, rounds: int = 4) -> dict[str, Any]:
 
     Returns:
         Load of the machine at the beginning and the end; of each engine and case: cycles, cycles missed, of all
-        rounds and of the worst; what each program got per second, the fewest.
+        rounds and of the worst; pictures per second of each program, the fewest.
 
     Raises:
         LinkError: one of the processes failed, or the robot fell.
@@ -96,7 +96,7 @@ def _walk(engine: str, seconds: float, programs: tuple[str, ...]) -> dict[str, f
 
 
 def program(name: str, url: str, seconds: float) -> None:
-    """A NAOqi program, a process of its own: prints 0 when its time begins, then what it got in it.
+    """A NAOqi program, a process of its own: prints 0 when its time begins, then its number of results.
 
     Args:
         name: `walk`, or one of `CASES`.
@@ -111,7 +111,7 @@ def program(name: str, url: str, seconds: float) -> None:
     if name == "walk":
         motion.wakeUp()
         motion.moveToward(1.0, 0.0, 0.0)
-        time.sleep(UNDER_WAY)
+        time.sleep(START_TIME)
         print("0", flush=True)
         while motion.moveIsActive():
             time.sleep(0.5)

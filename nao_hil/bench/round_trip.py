@@ -1,4 +1,4 @@
-"""Sensor-to-command round trip over the link, beside a bare Zenoh ping-pong of the same sizes.
+"""Sensor-to-command round trip over the link, against a bare Zenoh ping-pong of the same sizes.
 
 Both are measured in one run, in alternating blocks, against a peer in another process; once per 10 ms as the
 robot does it, and back to back as lockstep does it. The bare floor uses Zenoh's own channels, no schema and
@@ -157,7 +157,7 @@ def _compare(link: list[float], floor: list[float], tick: float) -> dict[str, fl
 
 
 def standing_frame(seq: int) -> SensorFrame:
-    """A sensor frame of a robot that stands with all joints at 0; every number as long as in a real one."""
+    """A sensor frame of a standing robot with all joints at 0; every number as long as in a real one."""
     third = (1.0 / 3.0,) * N_JOINTS
     return SensorFrame(
         seq=seq,

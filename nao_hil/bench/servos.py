@@ -1,4 +1,4 @@
-"""Steps per second of the environment `NaoHil-Servos-v0`, beside the bare engine's and Upkie's, in one run.
+"""Steps per second of the environment `NaoHil-Servos-v0`, against the bare engine's and Upkie's, in one run.
 
 A step of the environment is a cycle of the DCM, 10 ms: the drives of all joints and the physics in steps of
 1 ms, contacts on both feet, all sensors with their noise, the ground truth, the observation and the reward. The
@@ -34,7 +34,7 @@ _FLOOR: Final = "floor, "
 
 
 def measure(steps: int = 400, body: str = "nao-v6") -> dict[str, Any]:
-    """Nominal robots that stand, on each engine that is installed, and an Upkie that balances.
+    """Nominal robots at a stand, on each engine that is installed, and an Upkie that balances.
 
     Returns:
         By engine, medians per second of the processor: steps of the environment, and floors, each as many of

@@ -1,6 +1,6 @@
-"""A walk in process: the robot's cycle, the walker's tick, and two floors beside them.
+"""A walk in process: the robot's cycle, the walker's tick, and their two floors.
 
-The floors are the engine's own steps of a second robot that stands, and the inverse kinematics of both legs.
+The floors are the engine's own steps of a second, standing robot, and the inverse kinematics of both legs.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from nao_hil.runs.config import RunConfig
 
 STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
 """Angles of a leg, rad."""
-FIRST: Final = 300
-"""Cycles before the first block: in them the robot comes to its stand, and makes its first steps."""
+FIRST_CYCLES: Final = 300
+"""Cycles before the first block: the robot approaches its stand, and makes its first steps."""
 BLOCKS: Final = 15
-BLOCK: Final = 100
+BLOCK_CYCLES: Final = 100
 """Cycles of a block."""
 
 
@@ -59,12 +59,12 @@ def measure_one(settings: RunConfig) -> dict[str, Any]:
         body: Body = robot.body
         controller = controller_maker(settings)(body, body.cycle)
         feet = [FootPose.of(foot_in_torso(body, side, STANDING)) for side in ("L", "R")]
-        for _ in range(FIRST):
+        for _ in range(FIRST_CYCLES):
             robot.advance(controller.tick(robot.frame))
         for _ in range(BLOCKS):
-            for _ in range(BLOCK):
+            for _ in range(BLOCK_CYCLES):
                 timed("robot", robot.advance, timed("tick", controller.tick, robot.frame))
-            for _ in range(BLOCK):
+            for _ in range(BLOCK_CYCLES):
                 standing.advance(None)  # its drives hold it; not timed
                 timed("engine", bare_cycle, standing)
                 timed("legs", solve_legs, body, *feet)

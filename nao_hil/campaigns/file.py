@@ -85,7 +85,7 @@ def load_campaign(file: Path) -> CampaignFile:
 
 
 class CampaignCell:
-    """One combination, counted while the walks come in."""
+    """One combination, counted as its walks end."""
 
     def __init__(self, point: dict[str, Any]) -> None:
         self.point = point

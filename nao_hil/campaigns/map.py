@@ -21,7 +21,7 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.walk import Walk
 
 Cell = tuple[int, int]
-COARSEST: Final = 4
+FIRST_SPACING: Final = 4
 """Cells between those of the first lattice."""
 Try = Callable[[Sequence[tuple[Cell, int]]], Iterable[bool]]
 """Walks each cell with the seed of that number; gives who survived, in order."""
@@ -30,7 +30,7 @@ CELLS: Final = 20
 
 @dataclass
 class Survey:
-    """What is known of a grid of cells; an island smaller than the first lattice's gaps may be missed."""
+    """Results on a grid of cells; an island smaller than the first lattice's gaps may be missed."""
 
     shape: Cell
     test: Sprt = field(default_factory=Sprt)
@@ -40,11 +40,11 @@ class Survey:
     tried: dict[Cell, int] = field(default_factory=dict)
 
     def run(self, attempt: Try) -> None:
-        """Look at cells until the boundary is known to a cell."""
-        step = COARSEST
+        """Try cells until the boundary is known to a cell."""
+        step = FIRST_SPACING
         while step >= 1:
             lattice = self._lattice(step)
-            wanted = [cell for cell in lattice if step == COARSEST]
+            wanted = [cell for cell in lattice if step == FIRST_SPACING]
             while wanted or (wanted := self._mixed(lattice, step)):
                 if not self._decide(wanted, attempt):
                     return
@@ -70,7 +70,7 @@ class Survey:
         return [(i, j) for i in axes[0] for j in axes[1]]
 
     def _mixed(self, lattice: list[Cell], step: int) -> list[Cell]:
-        """Cells of the lattice not looked at whose neighbours disagree."""
+        """Untried cells of the lattice whose neighbours disagree."""
         verdicts = self.verdicts()
         wanted = []
         for i, j in lattice:
@@ -85,7 +85,7 @@ class Survey:
         return wanted
 
     def _decide(self, cells: list[Cell], attempt: Try) -> bool:
-        """Try cells until each is decided; False: the walks came to an end before."""
+        """Try cells until each is decided; False: the walks end before."""
         open_cells = cells
         while open_cells:
             asked = [(cell, self.tried.get(cell, 0) + k) for cell in open_cells for k in range(self.batch)]
@@ -168,7 +168,7 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
 
 
 def summary(found: Survey, x: Axis, y: Axis) -> dict[str, Any]:
-    """For JSON: cells that were walked, with Wilson's 95 % intervals, and the saving."""
+    """For JSON: the cells tried, with Wilson's 95 % intervals, and the saving."""
     full = len(x.values) * len(y.values) * found.test.most
     walks = sum(found.tried.values())
     cells = [
@@ -187,7 +187,7 @@ def summary(found: Survey, x: Axis, y: Axis) -> dict[str, Any]:
 
 
 def draw(found: Survey, x: Axis, y: Axis, title: str, path: Path) -> Path:
-    """The map as a picture: share that walks on, and the width of its interval where there were walks."""
+    """The map as a picture: share that survives, and the width of its interval where there are walks."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")

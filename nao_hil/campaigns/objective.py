@@ -16,17 +16,17 @@ from nao_hil.campaigns.quantities import changed_all
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
 
-STEEP: Final = math.radians(30.0)
+MAX_SCORED_TILT: Final = math.radians(30.0)
 """Largest tilt that still scores."""
-BATCH: Final = 4
-"""Walks between looks at whether to go on."""
+BATCH_SIZE: Final = 4
+"""Walks between two decisions on stopping."""
 
 
 def score(end: WalkEnd, duration: float) -> float:
-    """0 to 1. A fall scores up to a half, by how long it stood; a walk to the end more, by how upright."""
+    """0 to 1. A fall scores up to a half, by the time upright; a complete walk more, by its uprightness."""
     if not end.survived:
         return 0.5 * min(1.0, end.time / duration)
-    return 1.0 - 0.5 * min(1.0, end.tilt_max / STEEP)
+    return 1.0 - 0.5 * min(1.0, end.tilt_max / MAX_SCORED_TILT)
 
 
 class Ensemble(msgspec.Struct, frozen=True, kw_only=True):
@@ -75,14 +75,14 @@ def judge(
     Args:
         walks: Of one point.
         attempt: Walks some of them.
-        go_on: Told of the walks so far, the sum of their scores, and the bounds of their mean.
+        go_on: Called with the number of walks so far, the sum of their scores, and the bounds of their mean.
 
     Returns:
-        Walks that were walked, and the sum of their scores.
+        Number of walks, and the sum of their scores.
     """
     n, total = 0, 0.0
-    for begin in range(0, len(walks), BATCH):
-        batch = walks[begin : begin + BATCH]
+    for begin in range(0, len(walks), BATCH_SIZE):
+        batch = walks[begin : begin + BATCH_SIZE]
         total += sum(score(end, walks[0].duration) for end in attempt(batch))
         n += len(batch)
         if n < len(walks) and not go_on(n, total, score_bounds(total, n)):

@@ -1,4 +1,4 @@
-"""A study: optuna looks for the parameters with the best lower bound; resumable, shared through a database."""
+"""A study: optuna searches the parameters with the best lower bound; resumable, shared through a database."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from nao_hil.campaigns.objective import Ensemble, judge
 from nao_hil.runs.fingerprint import source_hash
 from nao_hil.runs.walk import Walk, WalkEnd
 
-HEARTBEAT: Final = 30
-"""s between signs of life of a trial; one without them for twice as long is done again by somebody else."""
+HEARTBEAT_INTERVAL: Final = 30
+"""s between signs of life of a trial; another process repeats one without them for twice as long."""
 _ATTEMPTS: Final = 10
 _DONE: Final = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
 
 
 class Range(NamedTuple):
-    """Where a parameter may be."""
+    """Range of a parameter."""
 
     low: float
     high: float
@@ -71,8 +71,8 @@ def _database(url: str) -> optuna.storages.RDBStorage:
             try:
                 return optuna.storages.RDBStorage(
                     url,
-                    heartbeat_interval=HEARTBEAT,
-                    grace_period=2 * HEARTBEAT,
+                    heartbeat_interval=HEARTBEAT_INTERVAL,
+                    grace_period=2 * HEARTBEAT_INTERVAL,
                     heartbeat_stale_trial_callback=_try_again,
                 )
             except Exception as error:
@@ -82,7 +82,7 @@ def _database(url: str) -> optuna.storages.RDBStorage:
 
 
 def enqueue(study: optuna.Study, point: Mapping[str, float]) -> None:
-    """Have a point tried, unless it was."""
+    """Have a point tried, unless it is a trial already."""
     study.enqueue_trial(dict(point), skip_if_exists=True)
 
 
@@ -137,13 +137,13 @@ def improve(
         try:
             study.optimize(objective, callbacks=[end], catch=(Stopped,))
         except ValueError as error:
-            # This process slept for longer than the heartbeat allows: its trial is somebody else's.
+            # This process slept for longer than the heartbeat allows: another one has its trial.
             if str(error) != "Cannot tell a FAIL trial.":
                 raise
 
 
 def _try_again(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
-    """Have the point of a trial that failed tried by whoever asks next."""
+    """Queue the point of a failed trial again, for any process."""
     study.add_trial(
         optuna.create_trial(
             state=optuna.trial.TrialState.WAITING,
@@ -155,7 +155,7 @@ def _try_again(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
 
 
 class Stopped(Exception):
-    """The command was stopped in the middle of a trial, which is tried again."""
+    """The command is stopped in the middle of a trial, which will be repeated."""
 
 
 def count(study: optuna.Study) -> int:

@@ -71,7 +71,7 @@ def _wrong(where: str) -> ConfigurationError:
     )
 
 
-UNSEEN: Final = 1_000_000
+UNSEEN_SEED_OFFSET: Final = 1_000_000
 """Added to the first seed for the comparison: no study sees those seeds."""
 
 
@@ -88,7 +88,7 @@ def compare(
     ensemble: Ensemble, point: dict[str, float], attempt: Callable[[Sequence[Walk]], Sequence[WalkEnd]]
 ) -> dict[str, Any]:
     """Shipped parameters of the gait, those before, those after, on the same seeds that the study never saw."""
-    first = ensemble.first_seed + UNSEEN
+    first = ensemble.first_seed + UNSEEN_SEED_OFFSET
     bare = msgspec.structs.replace(ensemble.base, parameters={}, controller={})
     shipped = attempt(msgspec.structs.replace(ensemble, base=bare).walks({}, first))
     before = list(attempt(ensemble.walks({}, first)))

@@ -24,7 +24,7 @@ from nao_hil import __version__
 from nao_hil.cli.added_options import with_shared_options
 from nao_hil.cli.console import end_log
 from nao_hil.cli.signals import loading
-from nao_hil.files import FULL
+from nao_hil.files import DISK_FULL_ERRORS
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
@@ -210,7 +210,7 @@ def run(arguments: list[str] | None = None) -> int:
     except SystemExit:  # typer's way to end when `| head` has read enough; its exit code would be a fall's
         return 0
     except OSError as error:
-        if error.errno not in FULL:
+        if error.errno not in DISK_FULL_ERRORS:
             return _fault(error)
         return _unwritten(error)
     except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be

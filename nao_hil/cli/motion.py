@@ -83,12 +83,12 @@ def _emulated(
     # imported late: help and completion need neither physics nor SciPy
     from bridge.motion import GET_UP, load_motion
     from nao_hil.runs.build import build_robot
-    from nao_hil.runs.motion import BEGINS, play
+    from nao_hil.runs.motion import START_POSES, play
 
     if tries is not None and name != GET_UP:
         raise ConfigurationError(f"--tries is for {GET_UP}; the motion {name} is played once.")
     chosen = None if name == GET_UP else load_motion(name, (GET_UP,))
-    lies = start or ("lie-back" if chosen is None else BEGINS[chosen.begins[0]])
+    lies = start or ("lie-back" if chosen is None else START_POSES[chosen.begins[0]])
     console = open_console()
     settings = chosen_engine(
         run_config(None, robot=robot, wear=wear, engine=engine, start=lies, seed=seed), console

@@ -24,7 +24,7 @@ from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo
 from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.monitor import Monitor
-from nao_hil.runs.sides import GRACE, Sides
+from nao_hil.runs.sides import END_TIMEOUT, Sides
 from nao_hil.runs.supervisor import ChildResult
 from nao_hil.view.child import DEFAULT_PORT, LivePage
 
@@ -131,16 +131,16 @@ def both_sides(
                     if sentence := sides.restart_walker(monitor.sensors):
                         console.print(sentence, highlight=False)
                     if page is not None:
-                        page.tell(console)
+                        page.report(console)
                         again = _asked(page, settings)
                     if demo is not None:
-                        demo.go_on(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")
+                        demo.advance(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")
         finally:
             if page is not None and again is None:
                 page.ask_to_end()
             walker_result, robot_result = sides.end()
             if page is not None and again is None:
-                page.end(GRACE)
+                page.end(END_TIMEOUT)
         if again is None:
             walker = None if sides.given_up else walker_result
             answer = _conclude(settings, directory, robot_result, walker, stop.is_set())

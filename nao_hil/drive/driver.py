@@ -11,11 +11,11 @@ from bridge.types import Vec3
 
 SPEED_STEPS: Final = 5
 """Key presses from rest to a gait's own velocity."""
-SIDEWAYS: Final = 0.02
+SIDEWAYS_STEP: Final = 0.02
 """m/s per key press; for gaits that can."""
-TURN: Final = 0.1
+TURN_STEP: Final = 0.1
 """rad/s per key press; for gaits that can."""
-DEAD: Final = 0.15
+DEAD_ZONE: Final = 0.15
 """Share of the stick's way that counts as rest."""
 HOLD: Final = 3.0
 """s; the robot stops by itself this long after the driver's last word."""
@@ -57,11 +57,11 @@ def keys_of(data: bytes) -> list[str]:
 
 
 def speed_steps(deflection: float) -> int:
-    """Steps of speed that a stick stands for, pushed forwards by -1..1."""
+    """Steps of speed for a stick pushed forwards by -1..1."""
     size = abs(deflection)
-    if size < DEAD:
+    if size < DEAD_ZONE:
         return 0
-    steps = round(SPEED_STEPS * (min(size, 1.0) - DEAD) / (1.0 - DEAD))
+    steps = round(SPEED_STEPS * (min(size, 1.0) - DEAD_ZONE) / (1.0 - DEAD_ZONE))
     return steps if deflection > 0.0 else -steps
 
 
@@ -90,16 +90,16 @@ class Driver:
     speeds: Mapping[str, float]
 
     def at_rest(self, status: WalkStatus) -> DriveTarget:
-        """The target of somebody who takes over from a walker's status."""
+        """The target at takeover of a resting walker, from its status."""
         return DriveTarget(status.gait, status.torso, status.admittance)
 
     def under_way(self, status: WalkStatus) -> DriveTarget:
-        """The target of somebody who takes over a walk: the step of speed next to its speed."""
+        """The target at takeover of a walk: the step of speed next to its speed."""
         step = self.speeds.get(status.gait, 0.0) / SPEED_STEPS
         forward = round(status.velocity[0] / step) if step > 0.0 else 1
         if not any(status.velocity[1:]):
             forward = max(1, forward)
-        sideways, turn = round(status.velocity[1] / SIDEWAYS), round(status.velocity[2] / TURN)
+        sideways, turn = round(status.velocity[1] / SIDEWAYS_STEP), round(status.velocity[2] / TURN_STEP)
         return replace(self.at_rest(status), forward=forward, sideways=sideways, turn=turn)
 
     def press(self, target: DriveTarget, key: str) -> DriveTarget:
@@ -126,24 +126,24 @@ class Driver:
         return target
 
     def stick(self, target: DriveTarget, deflection: float) -> DriveTarget:
-        """The target after the stick was moved, forwards by -1..1."""
+        """The target after a motion of the stick, forwards by -1..1."""
         return replace(target, forward=speed_steps(deflection))
 
     def steer(self, target: DriveTarget, velocity: Vec3) -> DriveTarget:
         """The target with a velocity, m/s, m/s, rad/s."""
         x, y, turn = velocity
         step = self.speeds[target.gait] / SPEED_STEPS
-        return replace(target, forward=x / step, sideways=y / SIDEWAYS, turn=turn / TURN)
+        return replace(target, forward=x / step, sideways=y / SIDEWAYS_STEP, turn=turn / TURN_STEP)
 
     def velocity(self, target: DriveTarget) -> Vec3:
         """m/s, m/s, rad/s."""
         step = self.speeds.get(target.gait, 0.0) / SPEED_STEPS
-        return target.forward * step, target.sideways * SIDEWAYS, target.turn * TURN
+        return target.forward * step, target.sideways * SIDEWAYS_STEP, target.turn * TURN_STEP
 
     def command(self, before: DriveTarget, target: DriveTarget, key: str = "") -> WalkCommand | None:
         """Command to the walker after a key; None: none.
 
-        A stop is always told: somebody else may have made the robot walk.
+        A stop is always sent: another driver may have made the robot walk.
         """
         if target.leave or key in STOPS:
             return WalkCommand(op="stop")
@@ -161,8 +161,8 @@ class Driver:
             return WalkCommand(op="set", **changes)
         return WalkCommand(op="stop")
 
-    def again(self, target: DriveTarget) -> WalkCommand | None:
-        """A sign of life of the driver; None at rest, where none is needed."""
+    def keepalive(self, target: DriveTarget) -> WalkCommand | None:
+        """A keepalive of the driver; None at rest, where none is needed."""
         velocity = self.velocity(target)
         return WalkCommand(op="walk", velocity=velocity, hold=HOLD) if any(velocity) else None
 

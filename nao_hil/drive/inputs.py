@@ -1,4 +1,4 @@
-"""Where keys and stick come from: a terminal, and the joystick device of the Linux kernel."""
+"""Sources of keys and stick: a terminal, and the joystick device of the Linux kernel."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from nao_hil.drive.driver import keys_of
 _EVENT: Final = struct.Struct("<IhBB")
 """Time in ms, value, kind, number (the kernel's joystick interface, linux/joystick.h)."""
 _BUTTON, _AXIS, _INITIAL = 0x01, 0x02, 0x80
-_FULL: Final = 32767.0
-_FORWARDS: Final = 1
+_FULL_DEFLECTION: Final = 32767.0
+_FORWARD_AXIS: Final = 1
 """Axis of the left stick, up negative."""
 _BUTTON_KEYS: Final = {0: " ", 1: "g", 2: "t", 3: "m"}
 
@@ -28,13 +28,13 @@ class Input(NamedTuple):
 
     keys: list[str]
     stick: float | None
-    """Deflection forwards, -1..1; None: the stick was not moved."""
+    """Deflection forwards, -1..1; None: not moved."""
     open: bool = True
-    """False: the terminal was closed."""
+    """False: the terminal is closed."""
 
 
 class Inputs:
-    """A terminal in which keys come one by one, and if wanted a gamepad; use it as a context manager.
+    """A terminal that gives keys one by one, and optionally a gamepad; use it as a context manager.
 
     Args:
         gamepad: joystick device; None: the keyboard alone.
@@ -76,7 +76,7 @@ class Inputs:
     def _read(self, device: int) -> bytes:
         try:
             return os.read(device, 512)
-        except OSError:  # the terminal was hung up, or the gamepad pulled out
+        except OSError:  # the terminal has hung up, or the gamepad is unplugged
             if device == self._gamepad:
                 os.close(device)
                 self._gamepad = None
@@ -94,12 +94,12 @@ class Inputs:
 
 
 def events_of(data: bytes) -> tuple[list[str], float | None]:
-    """Keys that pressed buttons stand for, and the last deflection of the stick, of joystick events."""
+    """Keys of pressed buttons, and the last deflection of the stick, from joystick events."""
     keys: list[str] = []
     stick: float | None = None
     for _, value, kind, number in _EVENT.iter_unpack(data[: len(data) // _EVENT.size * _EVENT.size]):
         if kind == _BUTTON and value and number in _BUTTON_KEYS:
             keys.append(_BUTTON_KEYS[number])
-        elif kind & ~_INITIAL == _AXIS and number == _FORWARDS:
-            stick = -value / _FULL
+        elif kind & ~_INITIAL == _AXIS and number == _FORWARD_AXIS:
+            stick = -value / _FULL_DEFLECTION
     return keys, stick

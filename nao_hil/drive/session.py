@@ -11,7 +11,7 @@ from bridge.types import Vec3
 from nao_hil.drive.driver import Driver, DriveTarget
 from walker.gaits import GAITS, gait_parameters
 
-SIGN: Final = 1.0
+KEEPALIVE_INTERVAL: Final = 1.0
 """s between two signs of life of the driver."""
 
 
@@ -32,7 +32,7 @@ class Session:
     """Drives a walker by keys and a stick.
 
     Args:
-        walker: The one that is driven.
+        walker: The walker to drive.
 
     Raises:
         LinkError: no walker there takes commands.
@@ -52,25 +52,25 @@ class Session:
         self._last_sent = time.monotonic()
 
     def take(self, keys: list[str], stick: float | None = None) -> None:
-        """Carry out the input, send a sign of life if one is due, and read the robot's state.
+        """Carry out the input, send a keepalive if one is due, and read the robot's state.
 
         Args:
             keys: As in `nao_hil.drive.driver.HELP`.
-            stick: Deflection forwards, -1..1; None: it was not moved.
+            stick: Deflection forwards, -1..1; None: not moved.
 
         Raises:
             LinkError: the walker does not answer.
         """
         if (keys or stick is not None) and not any(self.driver.velocity(self.target)):
             self.status = self._walker.status()
-            if self.status.state == "walk":  # by somebody else's word
+            if self.status.state == "walk":  # ordered by another driver
                 self.target = self.driver.under_way(self.status)
         for key in keys:
             self._turn(self.driver.press(self.target, key), key)
         if stick is not None:
             self._turn(self.driver.stick(self.target, stick))
-        again = self.driver.again(self.target)
-        if again is not None and time.monotonic() - self._last_sent > SIGN:
+        again = self.driver.keepalive(self.target)
+        if again is not None and time.monotonic() - self._last_sent > KEEPALIVE_INTERVAL:
             if not self._send(again):  # after a fall, for one: a new order is needed
                 self.target = self.driver.press(self.target, "x")
         else:

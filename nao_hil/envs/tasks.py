@@ -165,11 +165,11 @@ LEGS: Final = tuple(i for name, i in INDEX.items() if name[1:].startswith(("Hip"
 """Slots of the leg joints in the frame."""
 POSTURE: Final = np.array(POSTURES["StandInit"])
 """25 angles in frame order, rad."""
-REACH: Final = 0.6
+ACTION_RANGE: Final = 0.6
 """Angle of an action of 1 from the posture, rad."""
-FASTEST: Final = np.array([0.25, 0.1, 0.5])
+MAX_VELOCITY: Final = np.array([0.25, 0.1, 0.5])
 """Largest commanded velocities: forward, to the left (m/s), turn (rad/s)."""
-AVERAGED: Final = 0.5
+AVERAGING_TIME: Final = 0.5
 """Time constant of the mean velocity that is rewarded, s: a walking torso sways."""
 
 
@@ -209,14 +209,14 @@ class VelocityTask(Task):
         velocity: The command: forward and to the left, m/s, and turn, rad/s; None: another one in each episode.
 
     Raises:
-        ConfigurationError: a velocity beyond `FASTEST`.
+        ConfigurationError: a velocity beyond `MAX_VELOCITY`.
     """
 
     def __init__(self, body: Body, velocity: Vec3 | None = None) -> None:
         super().__init__(body)
         if velocity is not None and not _possible(velocity):
             raise ConfigurationError(
-                f"velocity is {velocity!r}; three numbers are expected, at most {tuple(FASTEST.tolist())}."
+                f"velocity is {velocity!r}; three numbers are expected, at most {tuple(MAX_VELOCITY.tolist())}."
             )
         self._velocity = velocity
         self.action_space = Box(-1.0, 1.0, (len(LEGS),), np.float32)
@@ -225,18 +225,20 @@ class VelocityTask(Task):
         self._mean: Array = np.zeros(3)
 
     def _observation_space(self) -> Box:
-        low, high = np.append(self._low, -FASTEST), np.append(self._high, FASTEST)
+        low, high = np.append(self._low, -MAX_VELOCITY), np.append(self._high, MAX_VELOCITY)
         return Box(low.astype(np.float32), high.astype(np.float32))
 
     def begin(self, random: np.random.Generator) -> None:
         """Draw the command, each number evenly within its range, unless it is given."""
-        self.wanted = random.uniform(-FASTEST, FASTEST) if self._velocity is None else np.array(self._velocity)
+        self.wanted = (
+            random.uniform(-MAX_VELOCITY, MAX_VELOCITY) if self._velocity is None else np.array(self._velocity)
+        )
         self._mean = np.zeros(3)
 
     def command(self, action: Array) -> tuple[Array, Array]:
         """See `Task`."""
         angles = POSTURE.copy()
-        angles[list(LEGS)] += REACH * np.clip(action, -1.0, 1.0)
+        angles[list(LEGS)] += ACTION_RANGE * np.clip(action, -1.0, 1.0)
         return angles, np.ones(N_JOINTS)
 
     def observe(self, frame: SensorFrame) -> NDArray[np.float32]:
@@ -248,18 +250,18 @@ class VelocityTask(Task):
         heading = float(yaw(truth.torso_orientation))
         x, y, _ = truth.torso_velocity
         moving = np.array([*planar_point((0.0, 0.0, -heading), (x, y)), truth.torso_angular_velocity[2]])
-        self._mean += (moving - self._mean) * self.body.cycle / AVERAGED
-        error = (self._mean - self.wanted) / FASTEST
+        self._mean += (moving - self._mean) * self.body.cycle / AVERAGING_TIME
+        error = (self._mean - self.wanted) / MAX_VELOCITY
         return Judgement(0.0 if truth.fell else math.exp(-float(error @ error)), truth.fell)
 
 
 def _possible(velocity: Any) -> bool:
-    """Whether these are three numbers within `FASTEST`."""
+    """Whether these are three numbers within `MAX_VELOCITY`."""
     try:
         numbers = np.asarray(velocity, dtype=np.float64)
     except (TypeError, ValueError):
         return False
-    return numbers.shape == FASTEST.shape and bool(np.all(np.abs(numbers) <= FASTEST))
+    return numbers.shape == MAX_VELOCITY.shape and bool(np.all(np.abs(numbers) <= MAX_VELOCITY))
 
 
 class GetUpTask(Task):

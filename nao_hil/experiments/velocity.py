@@ -20,7 +20,7 @@ from nao_hil.experiments.context import Context
 from nao_hil.files import save_figure
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
-from nao_hil.runs.walk_figures import SETTLING
+from nao_hil.runs.walk_figures import SETTLING_TIME
 from walker.gaits import gait_parameters
 
 LEAST: Final = 1.0
@@ -44,7 +44,7 @@ class VelocityCell(Share, frozen=True, kw_only=True):
 def heading_velocity(track: Track) -> Vec3 | None:
     """Mean velocity of the torso in its own heading after the settling; None: the walk is too short."""
     time, yaw = track["time"], np.unwrap(rotations.yaw(track["orientation"]))
-    late = np.flatnonzero(time >= SETTLING)
+    late = np.flatnonzero(time >= SETTLING_TIME)
     if not len(late) or time[-1] - time[late[0]] < LEAST:
         return None
     steps, turn = np.diff(track["torso"][late, :2], axis=0), np.diff(yaw[late])

@@ -1,1 +1,1 @@
-"""The emulated robot beside a recorded one: replay of commands, comparison, identification of the drives."""
+"""The emulated robot against a recorded one: replay of commands, comparison, identification of the drives."""

@@ -1,4 +1,4 @@
-"""A recorded robot beside the emulated one under the same commands, in numbers."""
+"""A recorded robot against the emulated one under the same commands, in numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SENSORS: Final = ("gyroscope", "accelerometer", "fsr")
 
 
 class JointFollowing(msgspec.Struct, frozen=True, kw_only=True):
-    """How a joint followed its command."""
+    """Tracking of a command by a joint."""
 
     tracking_error: float
     """RMS, rad."""
@@ -78,10 +78,10 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     first: str
     """The joint that differs most; empty: none is beyond the noise floor."""
     joints: tuple[JointComparison, ...]
-    """Those that differ most come first; none without commands."""
+    """In descending order of the difference; none without commands."""
     sensors: tuple[SensorComparison, ...]
     fused_angle: FusedAngleComparison | None
-    """None: gyroscope, accelerometer and fused angle were not all recorded."""
+    """None: gyroscope, accelerometer and fused angle are not all recorded."""
     encoder_grid: EncoderGrid
 
     @property
@@ -109,7 +109,7 @@ def compare(
         replayed: The emulated robot under its commands.
         again: The same with another seed: the difference of the two is the noise floor.
     """
-    absent = (*absent_joints(body), *HANDS)  # differences count where something was measured
+    absent = (*absent_joints(body), *HANDS)  # differences count where there is a measurement
     quantum = 2.0 * math.pi / body.encoder_steps
     joints = [
         _joint(number, recorded, replayed, again, quantum)

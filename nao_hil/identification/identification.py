@@ -1,4 +1,4 @@
-"""From a recording to the wear profile of its robot, and its file."""
+"""Wear profile of a robot from its recording, and the profile's file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
 from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
 
-STEADY: Final = 0.15
+MAX_TILT_CHANGE: Final = 0.15
 """rad by which the torso may tilt to and fro."""
 
 
@@ -36,16 +36,16 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     base: str
     """Wear profile that everything else is taken from."""
     profile: str
-    """File that was written."""
+    """File of the fitted profile."""
     confidence: float
     notes: tuple[str, ...]
     """Conversions and assumptions about the recording."""
     seconds: float
     parameters: dict[str, Estimate]
-    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
-    follows from them: `stiffness.KneePitch`, ..., N m/rad."""
+    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and the
+    values derived from them: `stiffness.KneePitch`, ..., N m/rad."""
     assumed: tuple[str, ...]
-    """Values of the profile's table `servo` that were not fitted."""
+    """Values of the profile's table `servo` that are not fitted."""
     residual: dict[str, float | None]
     """RMS of the measured angle less the model's by joint, rad; None: not used."""
 
@@ -56,15 +56,15 @@ def identify(
     """Fit the drives to a recording.
 
     Args:
-        recorded: Of a robot that hangs, or stands still while head and arms move.
+        recorded: Of a suspended robot, or of one that stands still while head and arms move.
         base: Values that are not fitted.
-        progress: Told the number of simulations so far.
+        progress: Called with the number of simulations so far.
 
     Returns:
-        The fit, and the part of the recording that it was made on.
+        The fit, and the part of the recording that it uses.
 
     Raises:
-        ConfigurationError: only sensors were recorded, the torso moves, or no joint moves by itself.
+        ConfigurationError: only sensors are recorded, the torso moves, or no joint moves by itself.
     """
     if not (recorded.commanded and recorded.has_angles):
         raise ConfigurationError(
@@ -72,7 +72,7 @@ def identify(
             "`nao-hil excite` records them."
         )
     tilt = recorded.signals.angle
-    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > STEADY:
+    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > MAX_TILT_CHANGE:
         raise ConfigurationError(
             f"The torso tilts by {math.degrees(np.ptp(tilt, axis=0).max()):.0f} degrees in this recording; "
             "identification needs a robot that hangs still or stands still, as `nao-hil excite` moves it."
@@ -108,7 +108,7 @@ def result(
     Args:
         recorded: The recording.
         found: Fit to it.
-        signals: The part of it that was used.
+        signals: The part of it that is used.
         base: The rest.
         recording: Its file.
         profile: File of the profile.
@@ -147,7 +147,7 @@ def _assumed(fitted: Sequence[str]) -> list[str]:
 
 
 def _under_command(body: Body, signals: Signals) -> Signals:
-    """From where every joint has a command; one that never has holds its first angle, an absent one is at 0."""
+    """The rows since every joint has a command; one without any holds its first angle, an absent one 0."""
     absent = absent_joints(body)
     present = [number for number, joint in enumerate(JOINTS) if joint not in absent]
     known = np.isfinite(signals.command[:, present])

@@ -1,4 +1,4 @@
-"""How a joint follows its command: tracking error, delay and hysteresis; spectra of sensors."""
+"""Measures of a joint's tracking: error, delay and hysteresis; spectra of sensors."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from bridge.types import Array
 
 LONGEST_DELAY: Final = 0.2
 """s"""
-_MOVES: Final = 0.01
+_MIN_MOTION: Final = 0.01
 """Standard deviation of a command from which on the joint counts as moved, rad."""
-_SLOW: Final = (0.02, 0.5)
+_SLOW_SPEEDS: Final = (0.02, 0.5)
 """Speeds of the command at which hysteresis is measured, rad/s."""
 _BINS: Final = 24
-_IN_BIN: Final = 3
+_MIN_PER_BIN: Final = 3
 """Samples that a bin needs of each direction."""
 _SEGMENT: Final = 256
 
@@ -44,7 +44,7 @@ def delay(command: Array, position: Array, cycle: float) -> float | None:
         does not move, or nothing follows it.
     """
     asked, moved = np.diff(command), np.diff(position)
-    if not np.isfinite(asked).all() or not np.isfinite(moved).all() or np.std(command) < _MOVES:
+    if not np.isfinite(asked).all() or not np.isfinite(moved).all() or np.std(command) < _MIN_MOTION:
         return None
     lags = range(min(round(LONGEST_DELAY / cycle), len(asked) // 2) + 1)
     product = np.array([float(np.dot(asked[: len(asked) - lag], moved[lag:])) for lag in lags])
@@ -68,13 +68,13 @@ def hysteresis(command: Array, position: Array, cycle: float, lag: float) -> flo
         lag: Delay by which the command is shifted first, s.
 
     Returns:
-        None where the command does not go slowly to and fro over the same angles.
+        None where the command does not move slowly to and fro over the same angles.
     """
     time = np.arange(len(command)) * cycle
     shifted = np.interp(time - lag, time, command)
     speed = np.gradient(shifted, cycle)
-    slow = (np.abs(speed) > _SLOW[0]) & (np.abs(speed) < _SLOW[1]) & np.isfinite(position)
-    if slow.sum() < 2 * _IN_BIN:
+    slow = (np.abs(speed) > _SLOW_SPEEDS[0]) & (np.abs(speed) < _SLOW_SPEEDS[1]) & np.isfinite(position)
+    if slow.sum() < 2 * _MIN_PER_BIN:
         return None
     edges = np.linspace(shifted[slow].min(), shifted[slow].max(), _BINS + 1)
     place = np.digitize(shifted, edges[1:-1])
@@ -82,7 +82,7 @@ def hysteresis(command: Array, position: Array, cycle: float, lag: float) -> flo
     for number in range(_BINS):
         here = slow & (place == number)
         rising, falling = here & (speed > 0.0), here & (speed < 0.0)
-        if min(rising.sum(), falling.sum()) >= _IN_BIN:
+        if min(rising.sum(), falling.sum()) >= _MIN_PER_BIN:
             error = position - shifted
             widths.append(float(np.median(error[falling]) - np.median(error[rising])))
     return float(np.percentile(widths, 90)) if widths else None

@@ -30,7 +30,7 @@ _RENAMED: Final = (
     (r"\.async\b", ".runAsync"),
     (r"\basync(?=\s*=[^=])", "async_"),
 )
-"""Names of PIL, numpy and qi that have gone, and their present names; words that are reserved now."""
+"""Names removed from PIL, numpy and qi, and their present names; words that are reserved now."""
 
 
 def no_program(name: str, error: Any) -> ConfigurationError:
@@ -265,7 +265,7 @@ def _clear_globals(block: ast.AST) -> list[str]:
 
 
 def with_imports(tree: ast.Module, package: Path | None) -> ast.Module:
-    """Make imports of modules beside one in a package relative; in Python 3 those not found alone."""
+    """Make imports of modules of the same package relative; in Python 3 those not found alone."""
     if package is None:
         return tree
     old = any(isinstance(node, ast.ImportFrom) and node.module == __package__ for node in tree.body[:2])

@@ -269,7 +269,7 @@ def message(error: Any) -> Any:
 
 
 class _Binary:
-    """A file that was opened with `b`; its lines are texts, and texts can be written."""
+    """A file opened with `b`; its lines are texts, and texts can be written."""
 
     def __next__(self) -> Any:
         return to_str(super().__next__())  # type: ignore[misc]

@@ -58,7 +58,7 @@ def _redirect(url: str) -> None:
 
 
 class ProgramLoader(SourceFileLoader):
-    """Of modules beside the program, which may be in Python 2 as well; bytecode is not kept.
+    """Of modules in the program's folder, which may be in Python 2 as well; bytecode is not kept.
 
     Args:
         old: whether a module that both Pythons read is in Python 2.
@@ -95,10 +95,10 @@ def load_modules(old: bool) -> None:
 
 
 def _interrupt_once() -> None:
-    """Let SIGTERM be a Ctrl-C to the program, but for one that comes after a Ctrl-C.
+    """Let SIGTERM be a Ctrl-C to the program, except after a Ctrl-C.
 
     A terminal sends Ctrl-C to this process and to `run-naoqi`, which then sends SIGTERM: of both the program
-    gets one KeyboardInterrupt, and may lay the robot to rest.
+    gets one KeyboardInterrupt, and may put the robot to rest.
     """
     interrupted = False
 

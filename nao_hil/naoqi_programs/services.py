@@ -1,4 +1,4 @@
-"""Services of the robot as programs call them: numbers of numpy and bytes go in, pictures come out as bytes."""
+"""Services of the robot for programs: arguments may be numpy numbers and bytes, pictures return as bytes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Service:
 
 def _method(found: Callable[..., Any], *, pictures: bool) -> Callable[..., Any]:
     def call(*arguments: Any, **options: Any) -> Any:
-        """Call with arguments that qi can send; a picture comes with its bytes."""
+        """Call with arguments that qi can send; a picture is returned with its bytes."""
         result = found(*map(sendable, arguments), **options)
         return _with_bytes(result) if pictures else result
 

@@ -79,13 +79,13 @@ def compiled(source: bytes, name: str, *, old: bool | None = False, package: Pat
     """
     text = _decoded(source, name)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # escapes that are none were usual
+        warnings.simplefilter("ignore")  # invalid escapes are usual in Python 2
         tree = _parsed(text, name, old=old)
         return compile(with_imports(tree, package), name, "exec", dont_inherit=True)
 
 
 def is_old(code: CodeType) -> bool:
-    """Whether code was converted from Python 2."""
+    """Whether code is converted from Python 2."""
     return "_python2" in code.co_names
 
 

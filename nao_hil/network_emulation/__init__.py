@@ -3,4 +3,4 @@
 from nao_hil.network_emulation.site import Channel, EmulatedLink, NetworkConditions, Site
 
 __all__ = ["Channel", "EmulatedLink", "NetworkConditions", "Site"]
-"""What a run on a bad network needs."""
+"""For a run on a bad network."""

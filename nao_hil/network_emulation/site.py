@@ -22,7 +22,7 @@ import numpy as np
 
 from bridge.errors import LinkError
 
-QUEUE = 1000
+QUEUE_SIZE = 1000
 """Packets that wait when the rate is limited; more are dropped."""
 
 
@@ -66,7 +66,7 @@ class Channel:
         sent = now
         if w.rate > 0.0:
             duration = 8.0 * size / w.rate
-            if self._link_free - now > QUEUE * duration:
+            if self._link_free - now > QUEUE_SIZE * duration:
                 return None
             sent = self._link_free = max(now, self._link_free) + duration
         if early < w.reorder:
@@ -79,12 +79,12 @@ class Channel:
 _TUNSETIFF: Final = 0x400454CA
 _IFF_TUN: Final = 0x0001
 _IFF_NO_PI: Final = 0x1000
-_LONGEST: Final = 65536
+_MAX_PACKET: Final = 65536
 _PRIORITY: Final = 60
 """SCHED_FIFO: over robot and walker, for a network is never late for lack of a processor."""
 ROBOT_ADDRESS: Final = "10.199.0.1"
 WALKER_ADDRESS: Final = "10.199.0.2"
-"""In namespaces of their own: they are in nobody's way."""
+"""In namespaces of their own, without effect on other networks."""
 _numbers: Final = itertools.count()
 
 
@@ -151,7 +151,7 @@ class EmulatedLink:
     ) -> None:
         while True:
             try:
-                packet = os.read(self._ends[side], _LONGEST)
+                packet = os.read(self._ends[side], _MAX_PACKET)
             except OSError:  # no more for now, or the end is down
                 return
             at = self._channels[side].arrival(time.monotonic(), len(packet))
@@ -159,7 +159,7 @@ class EmulatedLink:
                 heapq.heappush(waiting, (at, next(number), side, packet))
 
     def close(self) -> None:
-        """End the thread; the devices go with their descriptors."""
+        """End the thread; the devices end with their descriptors."""
         os.write(self._woken, b"x")
         self._thread.join()
         for descriptor in (*self._ends, self._wake, self._woken):
@@ -224,7 +224,7 @@ class Site:
 
 
 def _clear() -> None:
-    """Take down what processes left that were killed: a namespace's name has the number of its process."""
+    """Remove the namespaces of killed processes: a namespace's name has the number of its process."""
     listed = subprocess.run(("ip", "netns", "list"), capture_output=True, text=True, check=False).stdout
     for space, number in re.findall(r"^(nao-hil-[rw]([0-9a-f]+)-[0-9a-f]+)\b", listed, re.MULTILINE):
         if not Path(f"/proc/{int(number, 16)}").exists():

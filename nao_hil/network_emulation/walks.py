@@ -18,18 +18,18 @@ from nao_hil.runs.fingerprint import PROCESSES, fingerprint
 from nao_hil.runs.supervisor import Child
 
 ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447#open"
-GRACE: Final = 30.0
+END_TIMEOUT: Final = 30.0
 """s for a side to end by itself, with a link whose queue is still full."""
 
 
 class NetworkWalk(msgspec.Struct, frozen=True, kw_only=True):
-    """How a walk over a bad network went."""
+    """Result of a walk over a bad network."""
 
     done: bool
-    """The walker made all its steps and stands."""
+    """The walker has made all its steps and stands."""
     fell: bool
     stopped: bool
-    """The walker closed its feet because the link was worse than it bears."""
+    """The walker closed its feet because the link exceeded the gait's delay."""
     steps: int
     distance: float
     """m"""
@@ -37,18 +37,18 @@ class NetworkWalk(msgspec.Struct, frozen=True, kw_only=True):
     """rad"""
     cycles: int
     missed: int
-    """Cycles whose answer came late or not at all."""
+    """Cycles with a late or no answer."""
     walker: str
-    """The walker's last words; empty: it ended as it was told."""
+    """The walker's last line of output; empty: it ended as ordered."""
 
     @property
     def success(self) -> bool:
-        """Walked as told, and upright."""
+        """Walked as ordered, and upright."""
         return self.done and not self.fell
 
     @property
     def note(self) -> str:
-        """How it ended, in a word."""
+        """The end in a word."""
         if self.fell:
             return "fell"
         return "walked" if self.done else "stopped" if self.stopped else "gave up"
@@ -72,7 +72,7 @@ class Pair:
         self.walker = self.start_walker()
 
     def start_robot(self) -> Child:
-        """Start the robot, again if it is gone; each start has its own folder."""
+        """Start the robot, again if it has ended; each start has its own folder."""
         self._starts += 1
         self.recordings = [self._folder / f"robot-{n + 1}" / "frames.mcap" for n in range(self._starts)]
         out = self.recordings[-1].parent
@@ -82,7 +82,7 @@ class Pair:
         return self.robot
 
     def start_walker(self) -> Child:
-        """Start the walker, again if it is gone."""
+        """Start the walker, again if it has ended."""
         out = self._folder / "walker"
         out.mkdir(parents=True, exist_ok=True)
         common = ["--connect", ENDPOINT, "--json"]
@@ -90,23 +90,23 @@ class Pair:
         return self.walker
 
     def wait(self, timeout: float, stop: Callable[[], bool] = lambda: False) -> bool:
-        """Until the walker ended (True), the robot ended, `stop()`, or `timeout` s are over."""
+        """Wait until the walker ends (True), the robot ends, `stop()`, or `timeout` s are over."""
         deadline = time.monotonic() + timeout
         while self.walker.running and self.robot.running and time.monotonic() < deadline and not stop():
             time.sleep(0.05)
         return not self.walker.running
 
     def end(self) -> NetworkWalk:
-        """End both on a good link, and return how it went.
+        """End both on a good link, and return the result.
 
         Raises:
-            LinkError: a side failed; its own last words.
-            ConfigurationError: it was told something wrong.
+            LinkError: a side failed; with its last output.
+            ConfigurationError: a side refused its configuration.
         """
         self._site.link.set(NetworkConditions())
         self.walker.ask_to_end()
-        walker = self.walker.end(GRACE)
-        robot = self.robot.end(GRACE)
+        walker = self.walker.end(END_TIMEOUT)
+        robot = self.robot.end(END_TIMEOUT)
         for who, side in (("robot", robot), ("walker", walker)):
             if side.code == 2:
                 raise ConfigurationError(side.error)

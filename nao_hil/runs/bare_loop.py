@@ -1,4 +1,4 @@
-"""A process of the robot's cycle and priority that does nothing else: what of a lateness is the machine's."""
+"""A process of the robot's cycle and priority that does nothing else: the machine's share of a lateness."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class BareLoop:
 
     def __init__(self) -> None:
         self.lateness: Array = np.empty(0)
-        """How late each deadline was met, s, shape (n,); there when the context has ended."""
+        """Lateness of each deadline, s, shape (n,); there when the context has ended."""
 
     def __enter__(self) -> BareLoop:
         self._folder = tempfile.TemporaryDirectory()

@@ -66,7 +66,7 @@ def build_robot(
 
 
 def require_upright(robot: EmulatedRobot) -> None:
-    """Refuse a robot that was placed upright and fell before its first cycle.
+    """Refuse a robot placed upright that fell before its first cycle.
 
     Raises:
         ConfigurationError: it did.
@@ -80,7 +80,7 @@ def require_upright(robot: EmulatedRobot) -> None:
 
 
 def check_run(settings: RunConfig) -> None:
-    """Refuse what robot or walker of a run would refuse before the first cycle.
+    """Refuse a configuration that robot or walker would refuse before the first cycle.
 
     Raises:
         ConfigurationError: as `check_robot`, or a gait or controller that this body cannot walk with.
@@ -105,7 +105,7 @@ def check_robot(settings: RunConfig) -> Body:
     SETTINGS.steps(body)
     wear = load_wear(settings.wear, body)
     scenario = load_scenario(settings.scenario)
-    if settings.scenario != "flat":  # only an engine knows whether the robot has its place and stands there
+    if settings.scenario != "flat":  # only an engine knows whether the robot has room and stands there
         with build_robot(settings, scenario, body, wear) as robot:
             require_upright(robot)
     return body
@@ -116,7 +116,7 @@ def controller_maker(settings: RunConfig, *, waits: bool = False) -> MakeControl
 
     Args:
         settings: Configuration; gait, velocity, target, parameters, controller, steps and duration are read.
-        waits: It stands and waits for orders.
+        waits: It waits for orders at a stand.
 
     Raises:
         ConfigurationError: a wrong parameter of the gait or the controller.
@@ -147,7 +147,7 @@ def _moving(settings: RunConfig, changes: dict[str, Any]) -> GaitParameters:
 
 
 def clipped_velocity(settings: RunConfig) -> str:
-    """What the velocity of a run lost to the limits of its gait, in words; empty: nothing."""
+    """Sentence on the velocity cut off by the limits of a run's gait; empty: none."""
     if not settings.velocity:
         return ""
     wanted, walked = settings.velocity, _moving(settings, settings.parameters).velocity

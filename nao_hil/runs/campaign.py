@@ -1,4 +1,4 @@
-"""A campaign: walks over processes and hosts, what was walked before taken from disk."""
+"""A campaign: walks over processes and hosts; results on disk are reused."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ if TYPE_CHECKING:
 
 _Same = list[tuple[int, Walk]]
 """Walks with their places that one run answers: they differ in name alone."""
-LOOK: Final = 1000
-"""Walks that are looked up on disk at a time."""
+LOOKUP_BATCH: Final = 1000
+"""Walks looked up on disk at a time."""
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
 
 class Interrupted(Exception):
-    """The campaign was stopped before an experiment had what it cannot do without."""
+    """The campaign was stopped before an experiment had all that it needs."""
 
 
 class Progress(Protocol):
-    """Who is told how far it is."""
+    """Receiver of a campaign's progress."""
 
     def expect(self, runs: int) -> None:
-        """So many runs more."""
+        """Expect so many runs more."""
         ...
 
     def done(self, name: str, note: str) -> None:
-        """One of them is done; the note says how it ended."""
+        """Note a finished walk; `note` names its end."""
         ...
 
     def say(self, text: str) -> None:
@@ -51,7 +51,7 @@ class Progress(Protocol):
 
 
 class NoProgress:
-    """Progress that nobody sees."""
+    """Progress without output."""
 
     def expect(self, runs: int) -> None:
         """Nothing."""
@@ -71,8 +71,8 @@ class Campaign:
     Args:
         folder: Data set in which walks are kept; None: nowhere.
         cluster: Where runs are carried out, see `open_executor`.
-        stop: Set from outside: what is under way is given up, and each call returns what is there.
-        progress: Who is told.
+        stop: Set from outside: running jobs are given up, and each call returns the results so far.
+        progress: Receiver of the progress.
 
     Raises:
         ConfigurationError: a folder that cannot be written, or no such cluster.
@@ -95,11 +95,11 @@ class Campaign:
 
     @property
     def interrupted(self) -> bool:
-        """It was stopped: what is there may be less than what was asked for."""
+        """The campaign was stopped: results may be incomplete."""
         return self._stop.is_set()
 
     def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
-        """Walk them all; when stopped, those that are done, in the order of what was asked.
+        """Walk them all; when stopped, the finished ones, in the given order.
 
         Raises:
             NaoHilError: a configuration that cannot be walked, or a run that failed; names it.
@@ -109,7 +109,7 @@ class Campaign:
         return [results[place] for place in sorted(results)]
 
     def stream(self, walks: Iterable[Walk]) -> Iterator[tuple[int, WalkOutcome]]:
-        """Walk any number of walks; yields the place of each and how it went, in the order of completion.
+        """Walk any number of walks; yields the place and result of each, in the order of completion.
 
         Raises:
             NaoHilError: as `walk`, after the last.
@@ -136,9 +136,9 @@ class Campaign:
     def _jobs(
         self, walks: Iterable[Walk], known: deque[tuple[int, WalkOutcome]], under_way: dict[int, _Same]
     ) -> Iterator[Job]:
-        """A job for each walk that is not on disk; what is there goes to `known`."""
+        """A job for each walk that is not on disk; results on disk are added to `known`."""
         job, numbered = 0, enumerate(walks)
-        while block := list(islice(numbered, LOOK)):
+        while block := list(islice(numbered, LOOKUP_BATCH)):
             waiting: dict[str, _Same] = {}
             for place, task in block:
                 waiting.setdefault(key(task), []).append((place, task))
@@ -180,12 +180,12 @@ class Campaign:
         `interrupted`.
 
         Args:
-            function: What to call; raises `Interrupted` when it was stopped.
+            function: The function; raises `Interrupted` when stopped.
             arguments: One for each call.
-            note: What to tell of a call that is done: its name, and how it ended.
+            note: Name and result of a finished call, for the progress.
 
         Returns:
-            In the order of the arguments; None: stopped before it was done.
+            In the order of the arguments; None: not finished.
 
         Raises:
             Exception: the first that a call raised; those not begun are not made.

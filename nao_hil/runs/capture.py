@@ -1,4 +1,4 @@
-"""Everything a robot and its controller say on the wire, written down; for any robot, emulated or real."""
+"""Records all messages of a robot and its controller on the wire; for any robot, emulated or real."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from bridge.messages.topics import Message
 from bridge.recording.canonical import RECORDED
 from bridge.recording.recorder import Recorder
 
-_QUEUE: Final = 8192
+_QUEUE_SIZE: Final = 8192
 """Messages that may wait for the disk: some twenty seconds of a robot's."""
-_QUERY: Final = 1.0
+_QUERY_TIMEOUT: Final = 1.0
 """s"""
-_TIMEOUT: Final = 0.05
-"""s between two looks for a robot that is not there."""
+_RETRY_INTERVAL: Final = 0.05
+"""s between two attempts to find a robot."""
 _KINDS: Final = {topic: kind for kind, topic in RECORDED.items()}
 
 
@@ -47,12 +47,12 @@ class Capture:
         self._robot = keys.check_name("Robot id", robot)
         self._endpoint = check_endpoint(connect)
         self._session: zenoh.Session | None = None
-        self._queue: Mailbox[tuple[str, bytes]] = Mailbox(_QUEUE)
+        self._queue: Mailbox[tuple[str, bytes]] = Mailbox(_QUEUE_SIZE)
         self._newest: dict[str, int] = {}
         self.counts = dict.fromkeys(_KINDS, 0)
         """Messages recorded on each topic."""
         self.refused = 0
-        """Messages that were not what their key says."""
+        """Messages of another form than their key's."""
         self.seconds = 0.0
         """Robot time recorded."""
         self._since: float | None = None
@@ -63,7 +63,7 @@ class Capture:
             info = self._ask()
             if info is not None:
                 return info
-            time.sleep(_TIMEOUT)
+            time.sleep(_RETRY_INTERVAL)
         return None
 
     def _ask(self) -> Info | None:
@@ -71,20 +71,20 @@ class Capture:
             self._session = try_client(self._endpoint)
         if self._session is None:
             return None
-        for reply in self._session.get(keys.key(self._robot, keys.INFO), timeout=_QUERY):
+        for reply in self._session.get(keys.key(self._robot, keys.INFO), timeout=_QUERY_TIMEOUT):
             if reply.ok is not None:
                 self._subscribers = [
-                    subscribe(self._session, keys.key(self._robot, topic), partial(self._keep, topic))
+                    subscribe(self._session, keys.key(self._robot, topic), partial(self._enqueue, topic))
                     for topic in _KINDS
                 ]
                 return decode(reply.ok.payload.to_bytes(), Info)
         return None
 
-    def _keep(self, topic: str, payload: bytes) -> None:
+    def _enqueue(self, topic: str, payload: bytes) -> None:
         self._queue.put((topic, payload))
 
     def record(self, recorder: Recorder, timeout: float) -> None:
-        """Write what has come, waiting up to `timeout` s for the first of it."""
+        """Write the waiting messages, after up to `timeout` s for the first one."""
         first = self._queue.take(timeout)
         for topic, payload in ([first] if first is not None else []) + self._queue.drain():
             try:
@@ -122,7 +122,7 @@ class Capture:
 
 
 def described(info: Info) -> dict[str, Any]:
-    """Configuration record of a recording from the wire: what is known of the robot."""
+    """Configuration record of a recording from the wire: the known facts of the robot."""
     known = msgspec.to_builtins(info)
     return {"robot": known.pop("body"), "name": known.pop("robot")} | {
         key: known[key] for key in ("side", "mode", "cycle", "software")

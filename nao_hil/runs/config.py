@@ -19,7 +19,7 @@ Mode = Literal["real-time", "lockstep", "in-process"]
 
 
 class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A whole run, both sides of it. Written beside every result; can be given back with `--config`."""
+    """A whole run, both sides of it. Written with every result; can be given back with `--config`."""
 
     robot: str = "nao-v3"
     """Body: a name of `nao-hil robots`, or the path of a data sheet."""
@@ -32,7 +32,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     start: str = ""
     """Pose to begin in: a name of `emulator.scenarios.START_NAMES`; empty: the scenario's."""
     recover: bool = False
-    """Get up after a fall and go on, on bodies that have motions for that."""
+    """Get up after a fall and walk on, on bodies that have motions for that."""
     gait: str = "omni"
     mode: Mode = "real-time"
     steps: Annotated[int, msgspec.Meta(ge=0)] = 10
@@ -42,7 +42,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     velocity: tuple[Finite, ...] = ()
     """Forward and to the left, m/s, and turn, rad/s; empty: the gait's own."""
     target: tuple[Finite, ...] = ()
-    """Where to walk, from where the robot stands: forward and to the left, m, and turn, rad; empty: nowhere."""
+    """Target of the walk, from the robot's place: forward and to the left, m, and turn, rad; empty: none."""
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     parameters: dict[str, Any] = {}
     """Gait parameters that differ from the shipped ones."""
@@ -89,7 +89,7 @@ def run_config(
     from walker.parameters import merged
     from walker.switches import switch_changes
 
-    base = _of_file(file) if file else RunConfig()
+    base = _with_paths(load_toml(file, RunConfig), file.parent) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}
     if given.get("duration") or given.get("target"):
         given.setdefault("steps", 0)
@@ -114,10 +114,6 @@ def is_path(name_or_path: str) -> bool:
     """Whether one of `FILES` is the path of a file, and not a name."""
     path = Path(name_or_path)
     return path.suffix == ".toml" or path.name != name_or_path
-
-
-def _of_file(file: Path) -> RunConfig:
-    return _with_paths(load_toml(file, RunConfig), file.parent)
 
 
 def _with_paths(config: RunConfig, folder: Path) -> RunConfig:

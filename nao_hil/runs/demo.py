@@ -75,7 +75,7 @@ class Demo:
         self._announcer = Announcer(robot, endpoint)
         self.done = False
 
-    def go_on(self, frame: SensorFrame | None, state: str) -> None:
+    def advance(self, frame: SensorFrame | None, state: str) -> None:
         """Begin the part that is due.
 
         Args:
@@ -94,11 +94,11 @@ class Demo:
         self._next = frame.time + part.lasts
         self._announcer.announce(CAPTION, part.text, frame.seq)
         try:
-            self._give(part.command)
-        except NaoHilError as error:  # it fell, say: the sentence tells, the demo goes on
+            self._send(part.command)
+        except NaoHilError as error:  # after a fall, for example: its sentence is shown, the demo continues
             self._announcer.announce(CAPTION, str(error), frame.seq)
 
-    def _give(self, command: WalkCommand | Push | None) -> None:
+    def _send(self, command: WalkCommand | Push | None) -> None:
         if isinstance(command, Push):
             with WorldClient(self._robot, self._endpoint) as world:
                 world.send(command)

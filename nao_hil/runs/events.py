@@ -15,7 +15,7 @@ from bridge.types import Vec3
 from emulator.world.events import EventExecutor, WorldEvent
 from walker.controller import Controller
 
-_EARLY: Final = 1e-9
+_TIME_TOLERANCE: Final = 1e-9
 """s; an event is not put off by rounding."""
 
 
@@ -25,11 +25,11 @@ class StridePush(msgspec.Struct, frozen=True, kw_only=True):
     time: float
     """Of the walk from which on a stride is waited for, s."""
     phase: float | None
-    """Part of the stride (two steps) since the plan put the left foot to stand alone, 0 to 1; None: at once."""
+    """Part of the stride (two steps) since the left foot's single support began, 0 to 1; None: at once."""
     impulse: float
     """N s"""
     direction: float = 0.0
-    """In which it pushes, in the torso's heading, rad: 0 forward, pi/2 to the left."""
+    """Direction of the push, in the torso's heading, rad: 0 forward, pi/2 to the left."""
     duration: float = 0.1
     """s"""
 
@@ -85,27 +85,27 @@ class WalkEvents:
         self._executor = executor
         self._phase = ""
         self._stride: tuple[float, float] | None = None
-        """When the stride under way began, and how long the one before was, s."""
+        """Beginning of the stride under way, and duration of the one before, s."""
 
     def follow(self, message: WalkTelemetry, time: float) -> None:
-        """Note where strides begin; told of each cycle."""
+        """Note the beginnings of strides; called in each cycle."""
         if message.phase == "SSL" != self._phase:
             self._stride = time, time - self._stride[0] if self._stride else math.inf
         self._phase = message.phase
 
     def happen(self, time: float, controller: Controller) -> None:
-        """All that is due at a time of the walk, s."""
-        while self._world_events and time >= self._world_events[0][0] - _EARLY:
+        """Carry out the events due at a time of the walk, s."""
+        while self._world_events and time >= self._world_events[0][0] - _TIME_TOLERANCE:
             self._executor.execute(self._world_events.pop(0)[1])
-        while self._velocities and time >= self._velocities[0][0] - _EARLY:
+        while self._velocities and time >= self._velocities[0][0] - _TIME_TOLERANCE:
             controller.steer(self._velocities.pop(0)[1])
         while self._pushes and self._due(self._pushes[0], time):
             self._executor.execute(self._pushes.pop(0).command())
 
     def _due(self, push: StridePush, time: float) -> bool:
         if push.phase is None:
-            return time >= push.time - _EARLY
+            return time >= push.time - _TIME_TOLERANCE
         if self._stride is None:
             return False
         began, length = self._stride
-        return began >= push.time - _EARLY and time >= began + push.phase * length - _EARLY
+        return began >= push.time - _TIME_TOLERANCE and time >= began + push.phase * length - _TIME_TOLERANCE

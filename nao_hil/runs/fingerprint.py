@@ -108,7 +108,7 @@ def kernels() -> dict[str, str]:
 
 
 def _openblas_kernel() -> str:
-    """By which NumPy multiplies; `unknown` for another BLAS."""
+    """NumPy's BLAS kernel; `unknown` for another BLAS."""
     for library in Path(np.__file__).parent.with_name("numpy.libs").glob("*openblas*"):
         name = getattr(ctypes.CDLL(str(library)), "scipy_openblas_get_corename64_", None)
         if name is not None:

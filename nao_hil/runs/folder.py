@@ -44,12 +44,12 @@ PACKAGES: Final = ("nao-hil", "pybullet", "mujoco", "numba", "numpy", "scipy", "
 
 
 def recording_of(run: Path) -> Path:
-    """The recording that a run's folder holds; a path that is no folder is taken for a recording's."""
+    """The recording in a run's folder; any other path counts as a recording's."""
     return run / RECORDING if run.is_dir() else run
 
 
 class RunDirectory:
-    """`runs/<time>/`, or the folder that was asked for.
+    """`runs/<time>/`, or the requested folder.
 
     Args:
         out: folder to use; made if it is not there. None: a new one under `runs/`, named by the time in UTC.

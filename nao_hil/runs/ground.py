@@ -1,4 +1,4 @@
-"""Known ground of a scenario for a planner: the floor's slope and the boxes that lie on it."""
+"""Known ground of a scenario for a planner: the floor's slope and the boxes on it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from nao_hil.runs.config import RunConfig
 
 STEP_UP: Final = 0.03
 """m; a box higher than this is an obstacle, no ground."""
-_TOUCHES: Final = 1e-3
+_TOUCH_GAP: Final = 1e-3
 """m; a gap below a box that is none."""
 
 
 def ground_parameters(settings: RunConfig, body: Body) -> dict[str, Any]:
     """The gait's parameters of a run, with the ground of its scenario for a gait that plans for it.
 
-    A ground among the parameters goes before the scenario's: `parameters.ground = {}` walks as on a flat floor.
+    A ground among the parameters overrides the scenario's: `parameters.ground = {}` walks as on a flat floor.
 
     Raises:
         ConfigurationError: no such scenario, or ground that no straight walk can be planned over.
@@ -38,7 +38,7 @@ def ground_parameters(settings: RunConfig, body: Body) -> dict[str, Any]:
 def known_ground(scenario: Scenario, body: Body) -> KnownGround:
     """The ground of a scenario, in the walk frame of a robot that starts where the scenario puts it.
 
-    Boxes that lie level and cannot be moved count as ground; random ground and later events are unknown.
+    Level boxes that cannot be moved count as ground; random ground and later events are unknown.
 
     Args:
         scenario: the world.
@@ -75,7 +75,7 @@ def _ankles(posture: str, body: Body) -> float:
 
 
 def _patch(box: PlacedBox, at: tuple[float, float], below: KnownGround) -> Patch:
-    """The top of a box that lies on earlier boxes."""
+    """The top of a box on earlier boxes."""
     if box.yaw % 90.0 != 0.0:
         raise ConfigurationError(
             f"gait huang: the box `{box.name}` is turned by {box.yaw:g} deg; edges across the walk can be "
@@ -89,7 +89,7 @@ def _patch(box: PlacedBox, at: tuple[float, float], below: KnownGround) -> Patch
         for a, b in ((0.0, 0.0), *((a, b) for a in (-0.499, 0.499) for b in (-0.499, 0.499)))
     )
     bottom = lies_on if box.height is None else box.height
-    if bottom > lies_on + _TOUCHES:
+    if bottom > lies_on + _TOUCH_GAP:
         raise ConfigurationError(
             f"gait huang: the box `{box.name}` hangs {1e3 * (bottom - lies_on):.0f} mm above the ground; "
             "ground can be planned for, ceilings cannot."

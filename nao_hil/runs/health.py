@@ -23,13 +23,13 @@ TIMEOUT: Final = 3.0
 
 
 def healthy(environment: Mapping[str, str]) -> bool:
-    """Look once.
+    """Check once.
 
     Args:
         environment: with `ROBOT`, `CONNECT` and `ROLE`; the defaults are those of the commands.
 
     Raises:
-        NaoHilError: nobody listens there, or the certificates do not fit.
+        NaoHilError: no answer there, or the certificates do not fit.
     """
     robot = environment.get("ROBOT", keys.DEFAULT_ROBOT)
     endpoint = environment.get("CONNECT", keys.DEFAULT_ENDPOINT)
@@ -42,7 +42,7 @@ def healthy(environment: Mapping[str, str]) -> bool:
 
 
 def main() -> None:
-    """Entry point; says nothing but why not."""
+    """Entry point; prints only the reason of a failure."""
     try:
         good = healthy(os.environ)
     except NaoHilError as error:

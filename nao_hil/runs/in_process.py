@@ -23,7 +23,7 @@ def walk_in_process(
 
     Args:
         settings: Configuration of the run.
-        observers: Told of each cycle.
+        observers: Called in each cycle.
         stop: Asked after each cycle.
 
     Raises:
@@ -54,7 +54,7 @@ def run(
         robot: At the boundary of its first cycle.
         guard: Between controller and robot.
         controller: At the beginning of its order.
-        observers: Told of each cycle.
+        observers: Called in each cycle.
         max_cycles: None: no bound.
         ended: Asked after each cycle.
     """
@@ -66,16 +66,16 @@ def run(
             observer.message(controller.telemetry)
             if command is not None:
                 observer.command(command)
-        _tell(guard.take_notices(), observers)
+        _publish(guard.take_notices(), observers)
         robot.advance(command)
         for observer in observers:
             observer.sensors(robot.frame, robot.truth())
-        _tell(robot.take_notices(), observers)
+        _publish(robot.take_notices(), observers)
         if controller.done or ended():
             return
 
 
-def _tell(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
+def _publish(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
     for notice in notices:
         for observer in observers:
             observer.message(notice)

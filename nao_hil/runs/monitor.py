@@ -16,11 +16,11 @@ from bridge.messages import Notice, SensorFrame, TruthFrame, WalkTelemetry, deco
 from bridge.messages.codec import M
 from bridge.messages.guard import GuardStatus
 
-_NOTICES: Final = 1000
-"""Most that are kept for the next look; a robot that says more is a flood, and its oldest are dropped."""
+_MAX_NOTICES: Final = 1000
+"""Notices kept until the next read; of a flood of more the oldest are dropped."""
 
 MAX_TELEMETRY_AGE: Final = 10
-"""Cycles since the frame of the newest telemetry, beyond which its walker is taken to be gone."""
+"""Cycles since the frame of the newest telemetry, beyond which its walker counts as lost."""
 
 
 class Subscription:
@@ -70,15 +70,15 @@ class Monitor:
 
     def __init__(self, robot: str, connect: str) -> None:
         self._newest: dict[type[Any], bytes] = {}
-        self._notices: deque[bytes] = deque(maxlen=_NOTICES)
+        self._notices: deque[bytes] = deque(maxlen=_MAX_NOTICES)
         kinds = (SensorFrame, TruthFrame, WalkTelemetry, GuardStatus, Notice)
-        self._subscription = Subscription(robot, connect, kinds, self._keep)
+        self._subscription = Subscription(robot, connect, kinds, self._enqueue)
 
     def connect(self) -> bool:
         """Try to connect, unless that is done; False while no robot is there."""
         return self._subscription.connect()
 
-    def _keep(self, kind: type[Any], payload: bytes) -> None:
+    def _enqueue(self, kind: type[Any], payload: bytes) -> None:
         if kind is Notice:
             self._notices.append(payload)
         else:
@@ -114,7 +114,7 @@ class Monitor:
         return walk_in_force(self.status, self.telemetry, self.sensors)
 
     def take_notices(self) -> list[Notice]:
-        """The notices of the robot side that have come since the last call, oldest first."""
+        """The notices of the robot side since the last call, oldest first."""
         found = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
         return [notice for notice in found if notice is not None]
 

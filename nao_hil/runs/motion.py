@@ -14,10 +14,10 @@ from bridge.messages import ActuatorFrame
 from bridge.motion import GetUp, MotionPlayer, lying
 from emulator.robot import EmulatedRobot
 
-LONGEST: Final = 60.0
+MAX_MOTION_TIME: Final = 60.0
 """s after which a motion is given up."""
 
-BEGINS: Final = {
+START_POSES: Final = {
     "back": "lie-back",
     "front": "lie-front",
     "left": "lie-side",
@@ -52,13 +52,13 @@ def play(
     name: str,
     player: MotionPlayer | GetUp,
     *,
-    longest: float = LONGEST,
+    longest: float = MAX_MOTION_TIME,
     watch: Callable[[EmulatedRobot], None] | None = None,
 ) -> MotionResult:
     """Play a motion to its end, through the guard.
 
     Args:
-        robot: where it lies; moved.
+        robot: at its start pose; moved.
         name: of the motion, for the result.
         player: at its beginning.
         longest: time after which it is given up, s.

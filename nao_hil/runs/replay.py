@@ -32,7 +32,7 @@ class Replay:
         path: the recording.
         robot: id under which it appears.
         listen: Zenoh endpoint.
-        body: of the robot; None: the one that the recording names.
+        body: of the robot; None: the recording's.
 
     Raises:
         ConfigurationError: not a recording, no body known, bad id or endpoint.
@@ -42,7 +42,7 @@ class Replay:
     def __init__(self, path: Path, robot: str, listen: str, body: str | None = None) -> None:
         self._path = path
         keys.check_name("Robot id", robot)
-        read_recording(path)  # a wrong file is told before anything listens
+        read_recording(path)  # a wrong file is reported before anything listens
         sheet = recorded_body(path, body)
         self.info = Info(
             robot=robot,
@@ -79,7 +79,7 @@ class Replay:
         begin: float = 0.0,
         end: float = float("inf"),
     ) -> int:
-        """Publish the messages of a stretch of time at the pace they were recorded.
+        """Publish the messages of a stretch of time at their recorded pace.
 
         Args:
             stop: waits so many seconds, or less; true when the replay is to end.

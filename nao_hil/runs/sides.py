@@ -14,13 +14,13 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.supervisor import Child, ChildResult
 
-GRACE: Final = 5.0
-"""s a side has to end by itself after it was asked to."""
+END_TIMEOUT: Final = 5.0
+"""s until a side that is asked to end must have ended."""
 MAX_RESTARTS: Final = 3
-"""Restarts of the walker within `RESTART_WINDOW`; one that ends oftener has a cause that a restart keeps."""
+"""Restarts of the walker within `RESTART_WINDOW`; more have a cause that a restart keeps."""
 RESTART_WINDOW: Final = 60.0
 """s"""
-_MISUSED: Final = 2
+_USAGE_EXIT_CODE: Final = 2
 """Exit code of a configuration that a restart does not mend."""
 
 
@@ -55,10 +55,10 @@ class Sides:
 
     @property
     def running(self) -> bool:
-        """Whether the run goes on: both are, or the robot is and its walker serves."""
+        """Whether the run continues: both are running, or the robot is and its walker serves."""
         if not self._robot.running:
             return False
-        return self._walker.running or (self._serve and self._walker.end(0.0).code != _MISUSED)
+        return self._walker.running or (self._serve and self._walker.end(0.0).code != _USAGE_EXIT_CODE)
 
     def restart_walker(self, frame: SensorFrame | None) -> str:
         """Start a serving walker again that has ended; call it regularly.
@@ -67,7 +67,7 @@ class Sides:
             frame: Newest of the robot; None: it has sent none yet.
 
         Returns:
-            The sentence that the page shows as well; empty: there was nothing to do.
+            The sentence that the page shows as well; empty: no restart.
         """
         if self.given_up or not self.running or self._walker.running:
             return ""
@@ -90,9 +90,9 @@ class Sides:
 
     def end(self) -> tuple[ChildResult, ChildResult]:
         """End both, and give the results of walker and robot."""
-        # Both at once; a walker that ended by itself has brought the robot to a stand before.
+        # Both at once; a walker that ended by itself has already stopped the robot at a stand.
         self._walker.ask_to_end()
         self._robot.ask_to_end()
         self._announcer.close()
-        walker = self._walker.end(GRACE)
-        return walker, self._robot.end(GRACE)
+        walker = self._walker.end(END_TIMEOUT)
+        return walker, self._robot.end(END_TIMEOUT)

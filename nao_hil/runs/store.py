@@ -1,4 +1,4 @@
-"""Results under the fingerprint of all that they depend on, so that none is computed twice; rows of walks."""
+"""Results under the fingerprint of their inputs, each computed once; rows of walks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def key(walk: Walk) -> str:
 
 
 def stored(file: Path, key: str, kind: type[Result], make: Callable[[], Result]) -> Result:
-    """The result in `file` if it was stored under the same key; else the result of `make`, which is stored.
+    """The result in `file` if stored under the same key; else the result of `make`, which is stored.
 
     Args:
         file: JSON.
@@ -91,7 +91,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def end(self) -> WalkEnd:
-        """How it ended."""
+        """The end of a walk."""
         return msgspec.convert({name: getattr(self, name) for name in WalkEnd.__struct_fields__}, WalkEnd)
 
 

@@ -14,30 +14,30 @@ from bridge.rotations import planar_local, tilt
 from bridge.rotations import yaw as yaw_of
 from bridge.stance import FALLEN_TILT
 from bridge.types import Vec3
-from nao_hil.runs.walk_figures import FallWatch, HeadingMotion, SeenWalk
+from nao_hil.runs.walk_figures import FallWatch, HeadingMotion, StepCounter
 
-CORNER: Final = 0.5
+CORNER_PERIOD: Final = 0.5
 """Robot time from one corner of the path to the next, s: two steps of `omni`."""
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Result of one run, over all resets of its world; the JSON of `nao-hil up`.
 
-    Where the controller says nothing of its walk, the ground truth takes the place of the walker's word: a walk
-    is from the first foot that leaves the ground to the last that comes back.
+    Without telemetry of the controller, the ground truth takes the place of the walker's report: a walk
+    is from the first foot that leaves the ground to the last that lands.
     """
 
     fell: bool
-    """The ground truth says that the robot fell, at least once."""
+    """The robot fell at least once, by the ground truth."""
     falls: int
-    """How often it fell; it has fallen again when it was upright in between. A robot that began lying did not
-    fall, and what touches the ground while it gets up is no fall."""
+    """Number of falls; a fall counts again after being upright. Beginning on the ground is no fall, nor are
+    contacts while getting up."""
     stands: bool
     """On its feet at the end, by the ground truth."""
     recoveries: int
-    """How often it got up from lying by itself, by the walker's word."""
+    """Number of times that it got up from lying by itself, by the walker's telemetry."""
     steps: int
-    """Steps completed in all walks, by the walker's word."""
+    """Steps completed in all walks, by the walker's telemetry."""
     distance: float
     """Straight line of the torso over ground from the first frame to the last, or to the fall, m; summed over
     resets."""
@@ -47,7 +47,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Way over the time from the first phase of each walk to its end, m/s."""
     velocity: Vec3 = (0.0, 0.0, 0.0)
     """Mean of the torso's in its own heading, forward and to the left, m/s, and turn, rad/s, from 2 s after the
-    walk began until it closes its feet, or falls; of the last walk, zeros where it was shorter."""
+    walk began until it closes its feet, or falls; of the last walk, zeros if it is shorter."""
     displacement: Vec3 = (0.0, 0.0, 0.0)
     """From the torso's pose as the first walk began to its last, or to the fall, in the heading of the first:
     forward and to the left, m, and turn, rad, in which full turns count; since the last reset. Without a walk
@@ -55,19 +55,19 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     heading_change: float = 0.0
     """Turn of the torso from the first frame to the last, or to the fall, rad; a full turn counts."""
     torso_max: float
-    """Largest angle between the torso's z axis and the vertical, rad; of a robot that lies, too."""
+    """Largest angle between the torso's z axis and the vertical, rad; of a lying robot, too."""
     real_time_factor: float
     """Robot time over wall-clock time."""
     cycles: int
     cycles_missed: int
-    """Cycles in which the controller did not answer in time."""
+    """Cycles without an answer of the controller in time."""
     frames_sha256: str
     """Over all sensor and actuator frames in order, wall-clock fields left out."""
     seed: int
     engine: str
     """Name of the physics engine."""
     resets: int = 0
-    """How often the world was reset."""
+    """Number of resets of the world."""
 
 
 MISSED_SHARE: Final = 0.02
@@ -78,9 +78,9 @@ def starved(cycles: int, missed: int, skipped: int) -> str:
     """One sentence on a run in real time that could not keep its cycle; empty when it could.
 
     Args:
-        cycles: that were run.
+        cycles: run.
         missed: of these, without an answer in time.
-        skipped: that were left out, because the robot's own process came too late.
+        skipped: left out, because the robot's own process was late.
     """
     share = (missed + skipped) / max(cycles + skipped, 1)
     if share <= MISSED_SHARE:
@@ -94,7 +94,7 @@ def starved(cycles: int, missed: int, skipped: int) -> str:
 
 
 class _Sums(NamedTuple):
-    """What adds up from one reset to the next."""
+    """Sums over all resets."""
 
     time: float = 0.0
     distance: float = 0.0
@@ -117,14 +117,14 @@ class RunStatistics(Observer):
         self._seed, self._engine = seed, engine
         self._resets = self._falls = self._recoveries = 0
         self._watch = FallWatch()
-        self._lay = False
-        """It lay and has not got up."""
+        self._was_lying = False
+        """The robot lay and has not got up."""
         self._tilt = 0.0
         self._before = _Sums()
         self._torso_max = 0.0
         self._hash = FrameHash()
         self._has_telemetry = False
-        """The controller says what it does."""
+        """The controller publishes telemetry."""
         self._last_frame: SensorFrame | None = None
         self._begin()
 
@@ -133,20 +133,20 @@ class RunStatistics(Observer):
         self._first: TruthFrame | None = None
         self._last: TruthFrame | None = None
         self._way_begin: TruthFrame | None = None
-        """Where the first walk began: on the way into its first posture the torso moves over the feet."""
+        """Frame at the first walk's beginning: before it, the torso moves over the feet."""
         self._way_end: TruthFrame | None = None
-        """The last, or where it fell: what it slides after that is no walk."""
+        """The last frame, or that of the fall: sliding after it is no walk."""
         self._turned_before = 0.0
-        """Turn of the torso before the first walk, rad: of one that lies it says nothing."""
+        """Turn of the torso before the first walk, rad: meaningless while lying."""
         self._way = 0.0
-        """Up to the last corner of the path, m."""
+        """Length up to the last corner of the path, m."""
         self._corner: TruthFrame | None = None
         self._fell = False
         self._steps_before = self._step = 0
         self._walked = 0.0
         self._walk: tuple[float, float] | None = None
         self._motion = HeadingMotion()
-        self._seen = SeenWalk()
+        self._step_counter = StepCounter()
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """Take in one boundary of the DCM cycle."""
@@ -163,18 +163,18 @@ class RunStatistics(Observer):
             self._way_end = truth
             self._motion.add(truth)
             self._corner = self._corner or truth
-            if truth.time >= self._corner.time + CORNER:
+            if truth.time >= self._corner.time + CORNER_PERIOD:
                 self._way += _between(self._corner, truth)
                 self._corner = truth
         self._fell = self._fell or falls
         if not self._has_telemetry:
-            self._look(truth)
+            self._count_steps(truth)
         self._tilt = float(tilt(truth.torso_orientation))
         self._torso_max = max(self._torso_max, self._tilt)
 
-    def _look(self, truth: TruthFrame) -> None:
-        """Take in what the ground truth shows of a walk that nobody tells of."""
-        event = self._seen.update(truth)
+    def _count_steps(self, truth: TruthFrame) -> None:
+        """Update a walk without telemetry by the ground truth."""
+        event = self._step_counter.update(truth)
         if event == "lifted":
             self._walk = truth.time, truth.time
             self._motion.begin(truth.time)
@@ -188,7 +188,7 @@ class RunStatistics(Observer):
             self._motion.end()
 
     def _sums(self) -> _Sums:
-        """So far, over all resets."""
+        """Sums so far, over all resets."""
         first, last, end, before = self._first, self._last, self._way_end, self._before
         if first is None or last is None or end is None or self._last_frame is None:
             return before
@@ -211,18 +211,18 @@ class RunStatistics(Observer):
         return *planar_local(begin, self._way_end.torso_position), self._motion.turned - self._turned_before
 
     def command(self, frame: ActuatorFrame) -> None:
-        """Take in the actuator frame that was put in force."""
+        """Update by the actuator frame in force."""
         self._hash.add(frame)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Take in what the walker says of its walk."""
+        """Update by the walker's telemetry."""
         if self._last_frame is None or message.seq > self._last_frame.seq:
-            return  # said of the robot before it began anew
+            return  # from before the robot's restart
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
-        self._recoveries += gets_up and self._lay
+        self._recoveries += gets_up and self._was_lying
         lies = message.state in ("fallen", "motion") and self._tilt > FALLEN_TILT
-        self._lay = lies or (self._lay and not gets_up)
+        self._was_lying = lies or (self._was_lying and not gets_up)
         self._watch.telemetry(message)
         if message.step < self._step:  # another walk
             self._steps_before += self._step
@@ -241,7 +241,7 @@ class RunStatistics(Observer):
             self._walk = None
 
     def notice(self, message: Notice) -> None:
-        """Take in what the robot says: whether its guard sits it down."""
+        """Update by a notice of the robot: whether its guard sits it down."""
         self._watch.notice(message)
 
     def summary(self, wall_seconds: float) -> Summary:

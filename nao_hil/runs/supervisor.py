@@ -43,7 +43,7 @@ def free_endpoint() -> str:
 
 
 class ChildResult(NamedTuple):
-    """How a child ended."""
+    """The end of a child."""
 
     code: int
     result: dict[str, Any] | None
@@ -70,7 +70,7 @@ class Child:
     Args:
         name: for people, and for its files.
         arguments: of the command.
-        folder: where `<name>.out` (its stdout) and `<name>.log` (its stderr) go.
+        folder: of `<name>.out` (its stdout) and `<name>.log` (its stderr).
         place: command that runs it, for one in another network namespace.
     """
 

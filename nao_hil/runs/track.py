@@ -93,7 +93,7 @@ class Track:
 
 
 class TrackRecorder:
-    """Gathers the rows of a track; told of each cycle in the order of `bridge.recording.observer.Observer`."""
+    """Gathers the rows of a track; called each cycle in the order of `bridge.recording.observer.Observer`."""
 
     def __init__(self) -> None:
         self._rows: list[list[float]] = []

@@ -26,9 +26,9 @@ from nao_hil.runs.in_process import run
 from nao_hil.runs.track import Track, TrackRecorder
 from walker.controller import Controller
 
-AFTER_FALL: Final = 0.3
-"""s that a run goes on after a fall, so that figures show it."""
-LONGEST_START: Final = 30.0
+TIME_AFTER_FALL: Final = 0.3
+"""s that a run continues after a fall, so that figures show it."""
+MAX_START_TIME: Final = 30.0
 """s within which the walk must have begun."""
 
 Ending = Literal["walked", "fell", "gave up"]
@@ -54,7 +54,7 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     """Stand in place of walking; the time of the walk is that of the stand."""
     keep_track: bool = True
     body: Body | None = None
-    """In place of the one that the configuration names."""
+    """In place of the configuration's body."""
     wear: WearProfile | None = None
     """Likewise."""
 
@@ -72,10 +72,10 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
-    """How it ended."""
+    """The end of a walk."""
 
     ending: Ending
-    """`gave up`: the walker took itself for falling, and lies still without having fallen."""
+    """`gave up`: the walker detected a fall by mistake, and lies still."""
     time: float
     """Of the fall, or of the end, in the time of the walk, s."""
     roll: float
@@ -100,7 +100,7 @@ class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class WalkOutcome:
-    """A walk that was walked."""
+    """Result of a walk."""
 
     walk: Walk
     end: WalkEnd
@@ -126,7 +126,7 @@ def walk(task: Walk) -> WalkOutcome:
     with build_robot(config, task.scenario, loaded, task.wear) as robot:
         controller = make(body, body.cycle)
         observer = _WalkObserver(task, robot, controller)
-        most = round((LONGEST_START + task.duration) / body.cycle)
+        most = round((MAX_START_TIME + task.duration) / body.cycle)
         run(robot, Guard(body), controller, [observer], most, ended=observer.ended)
         last = robot.frame.time
     end = observer.end()
@@ -158,7 +158,7 @@ class _WalkObserver(Observer):
         return self._truth.time - self._began if math.isfinite(self._began) else -1.0
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
-        """Look for the fall."""
+        """Check for the fall."""
         self._truth = truth
         self._recorder.sensors(frame, truth)
         if self._fallen is None:
@@ -170,7 +170,7 @@ class _WalkObserver(Observer):
             self._events.happen(self._time, self._controller)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Look for the beginning of the walk."""
+        """Check for the beginning of the walk."""
         self._state = message.state
         self._recorder.telemetry(message)
         if self._start is None and message.state == ("stand" if self._task.stand else "walk"):
@@ -188,11 +188,11 @@ class _WalkObserver(Observer):
     def ended(self) -> bool:
         """Walked to the end, or fallen a little while ago."""
         if self._fallen is not None:
-            return self._truth.time >= self._fallen[1].time + AFTER_FALL - 1e-9
+            return self._truth.time >= self._fallen[1].time + TIME_AFTER_FALL - 1e-9
         return self._time >= self._task.duration - 1e-9
 
     def end(self) -> WalkEnd:
-        """How it ended."""
+        """The end of the walk."""
         time, truth = self._fallen or (max(self._time, 0.0), self._truth)
         ending: Ending = "fell" if self._fallen else "walked"
         if self._fallen is None and time < self._task.duration - 1e-9:

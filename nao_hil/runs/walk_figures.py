@@ -9,26 +9,26 @@ from bridge import rotations
 from bridge.messages import Notice, TruthFrame, WalkTelemetry
 from bridge.types import Vec3
 
-LOADED: Final = 5.0
-"""N on a foot that stands."""
-SWINGING: Final = 1.0
+MIN_SUPPORT_FORCE: Final = 5.0
+"""N on a supporting foot."""
+MAX_SWING_FORCE: Final = 1.0
 """N up to which a foot is in the air."""
-SWING_TIME: Final = 0.05
+MIN_SWING_TIME: Final = 0.05
 """s that a foot must be in the air for a step: shorter ones are a sole that rocks."""
-PAUSE: Final = 1.0
+WALK_END_TIME: Final = 1.0
 """s without a foot in the air after which a walk is over."""
 Event = Literal["", "lifted", "step", "over"]
-_ORDERED: Final = ("motion", "rest")
-"""States of the walker in which the robot goes down, or is down, as it was told."""
+_DOWN_STATES: Final = ("motion", "rest")
+"""States of the walker in which the robot is down, or moves there, by order."""
 _GUARD_CODES: Final = ("guard-sit", "guard-active", "guard-approach", "guard-idle")
 
 
 class FallWatch:
-    """Distinguishes a fall from a robot that lies: it was on its feet, is down, and was not ordered down."""
+    """Distinguishes a fall from lying: it was on its feet, is down, and was not ordered down."""
 
     def __init__(self) -> None:
         self.state = ""
-        """The walker's, by its newest word."""
+        """The walker's, by its newest telemetry."""
         self._seated = False
         """The guard has it sit down, or sitting."""
         self._up = False
@@ -44,7 +44,7 @@ class FallWatch:
             self._seated = message.code == "guard-sit"
 
     def restart(self) -> None:
-        """The robot was put elsewhere, as it may lie now."""
+        """Restart after the robot is placed elsewhere, perhaps lying."""
         self._up = False
 
     def update(self, *, down: bool) -> bool:
@@ -53,12 +53,12 @@ class FallWatch:
         Args:
             down: it is not on its feet.
         """
-        falls = down and self._up and self.state not in _ORDERED and not self._seated
+        falls = down and self._up and self.state not in _DOWN_STATES and not self._seated
         self._up = not down
         return falls
 
 
-SETTLING: Final = 2.0
+SETTLING_TIME: Final = 2.0
 """s of a walk that are left out: it begins at rest."""
 
 
@@ -77,7 +77,7 @@ class HeadingMotion:
 
     def begin(self, time: float) -> None:
         """A walk begins at a time of the robot, s."""
-        self._from = time + SETTLING
+        self._from = time + SETTLING_TIME
         self._x = self._y = self._turn = self._time = 0.0
         self._marked = None
 
@@ -108,7 +108,7 @@ class HeadingMotion:
 
     @property
     def velocity(self) -> Vec3:
-        """Mean, forward and to the left, m/s, and turn, rad/s; zeros where nothing was summed up."""
+        """Mean, forward and to the left, m/s, and turn, rad/s; zeros without samples."""
         return self._mean() if self._marked is None else self._marked
 
     def _mean(self) -> Vec3:
@@ -117,8 +117,8 @@ class HeadingMotion:
         return self._x / self._time, self._y / self._time, self._turn / self._time
 
 
-class SeenWalk:
-    """Counts steps: a foot leaves the ground while the other one stands, and comes back."""
+class StepCounter:
+    """Counts steps: a foot leaves the ground while the other one supports, and lands."""
 
     def __init__(self) -> None:
         self._lifted: dict[str, float] = {}
@@ -129,24 +129,24 @@ class SeenWalk:
         """One cycle.
 
         Returns:
-            `lifted`: a walk began; `step`: a foot came down; `over`: the walk ended with the last step.
+            `lifted`: a walk began; `step`: a foot landed; `over`: the walk ended with the last step.
         """
         if truth.fell:
             self._lifted.clear()
             return self._end()
         for foot, other in (("left", "right"), ("right", "left")):
             here, there = getattr(truth, foot).force[2], getattr(truth, other).force[2]
-            if here < SWINGING and there > LOADED:
+            if here < MAX_SWING_FORCE and there > MIN_SUPPORT_FORCE:
                 self._lifted.setdefault(foot, truth.time)
-                if self._last is None and truth.time - self._lifted[foot] >= SWING_TIME:
+                if self._last is None and truth.time - self._lifted[foot] >= MIN_SWING_TIME:
                     self._last = truth.time
                     return "lifted"
-            elif here > LOADED and truth.time - self._lifted.pop(foot, truth.time) >= SWING_TIME:
+            elif here > MIN_SUPPORT_FORCE and truth.time - self._lifted.pop(foot, truth.time) >= MIN_SWING_TIME:
                 self._last = truth.time
                 return "step"
-            elif there < SWINGING:
+            elif there < MAX_SWING_FORCE:
                 self._lifted.pop(foot, None)  # the robot was lifted off the ground
-        if self._last is not None and not self._lifted and truth.time - self._last > PAUSE:
+        if self._last is not None and not self._lifted and truth.time - self._last > WALK_END_TIME:
             return self._end()
         return ""
 

@@ -1,8 +1,8 @@
-"""Who may open the page: each request is checked before it is answered.
+"""Access to the page: each request is checked before it is answered.
 
 A browser lets any web page of any site open a WebSocket to this machine, and lets a site point its own name at
-127.0.0.1 (DNS rebinding). So the handshake must come from the page itself (its `Origin` is the address it was
-served at), and on loopback the address must be a loopback name. Beyond loopback a token, once given in the
+127.0.0.1 (DNS rebinding). So the `Origin` of the handshake must be the page's own address, and on
+loopback the address must be a loopback name. Beyond loopback a token, once given in the
 address, is kept in a cookie that scripts cannot read and other sites do not send.
 """
 
@@ -35,7 +35,7 @@ class Door:
     """SHA-256 of the certificate; empty without TLS."""
 
     def address(self, host: str, port: int) -> str:
-        """What to open in a browser: with the token, where there is one."""
+        """The address to open in a browser: with the token, where there is one."""
         name = socket.gethostname() if _is_any(host) else host
         name = f"[{name}]" if ":" in name else name
         if self.access.token is None:
@@ -44,7 +44,7 @@ class Door:
 
 
 def open_door(host: str) -> Door:
-    """What guards a page that listens at `host`.
+    """The access checks of a page that listens at `host`.
 
     Raises:
         ConfigurationError: TLS needs a package that is not installed.
@@ -64,7 +64,7 @@ def open_door(host: str) -> Door:
 
 
 def _is_any(host: str) -> bool:
-    """Whether this stands for all addresses of the machine."""
+    """Whether this means all addresses of the machine."""
     try:
         return ip_address(host).is_unspecified
     except ValueError:
@@ -96,7 +96,7 @@ class Access:
     """The rule.
 
     Args:
-        token: What one must know; None: nothing, but only loopback names are answered.
+        token: Secret of the page; None: no secret, but only loopback names are answered.
         tls: The page is served over TLS.
     """
 
@@ -104,7 +104,7 @@ class Access:
     tls: bool = False
 
     def check(self, asked: Asked) -> Answer | None:
-        """The refusal of a request, or the cookie for its token; None: the request may go on."""
+        """The refusal of a request, or the cookie for its token; None: the request is allowed."""
         name = _name(asked.host)
         if self.token is None and not is_loopback(name):
             return Answer(HTTPStatus.FORBIDDEN, b"This page answers at localhost and 127.0.0.1 only.\n")

@@ -1,4 +1,4 @@
-"""The page as a process beside a run: never in its way, and never a reason for it to fail."""
+"""The page as a process next to a run: it never delays the run, and its failure does not end it."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ DEFAULT_HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8080
 """TCP port of the page."""
 READY: Final = "the page is at"
-"""What `nao-hil view` says before its address."""
+"""Output of `nao-hil view` before its address."""
 
 
 class LivePage(Child):
-    """`nao-hil view` as a child; what it has to say is told once.
+    """`nao-hil view` as a child; its output is reported once.
 
     Args:
         robot: Id of the robot.
         connect: Zenoh endpoint of the robot.
         port: TCP port of the page.
-        folder: Of the run; its output goes there.
+        folder: Of the run and the page's output.
     """
 
     def __init__(self, robot: str, connect: str, port: int, folder: Path) -> None:
@@ -34,7 +34,7 @@ class LivePage(Child):
         self._restarts = 0
 
     def restart(self) -> dict[str, str] | None:
-        """Settings of another run that somebody asked the page for since the last call; None: nobody did."""
+        """Settings of another run that a page requested since the last call; None: no request."""
         lines = [json.loads(line) for line in self.stdout.splitlines() if line.startswith('{"restart"')]
         if len(lines) <= self._restarts:
             return None
@@ -42,7 +42,7 @@ class LivePage(Child):
         settings: dict[str, str] = lines[-1]["restart"]
         return settings
 
-    def tell(self, console: Console) -> None:
+    def report(self, console: Console) -> None:
         """Print the address once it is served, or the one sentence why it is not."""
         if self._reported:
             return

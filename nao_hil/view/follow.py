@@ -52,9 +52,9 @@ from nao_hil.view.state import describe
 from walker.estimation.odometry import GroundPlane
 from walker.gaits.catalogue import GAITS, gait_parameters
 
-RATE: Final = 40.0
-"""Looks for new messages per second."""
-WATCH_EVERY: Final = 0.15
+POLL_RATE: Final = 40.0
+"""Polls for new messages per second."""
+WATCH_INTERVAL: Final = 0.15
 """s between two questions for the walker's status and the world."""
 NOTICE_CYCLES: Final = 500
 """Cycles of a new walker after which the end of the one before is no news."""
@@ -62,7 +62,7 @@ MAX_ROWS: Final = 10_000
 """Rows that are kept: five minutes."""
 MAX_EVENTS: Final = 200
 """Symptoms and footprints that are kept."""
-ENDING: Final = 1.0
+END_TIMEOUT: Final = 1.0
 """s that the last question may take when the page ends."""
 FAULTS: Final[dict[str, tuple[str, str]]] = {
     "joint-weak": ("joint", "fraction"),
@@ -77,7 +77,7 @@ FAULTS: Final[dict[str, tuple[str, str]]] = {
     "hal-error": ("", ""),
     "power-loss": ("", ""),
 }
-"""Kinds of faults that the page offers: the part concerned, and the number that says how severe."""
+"""Kinds of faults that the page offers: the part concerned, and the number for the severity."""
 
 
 class LiveRun:
@@ -109,11 +109,11 @@ class LiveRun:
         if world is not None:
             self._observer.ground = GroundPlane(*world.floor, 0.0)
             if world.terrain is None and self.rows.world is not None:
-                world = _with_terrain(world, self.rows.world)
+                world = msgspec.structs.replace(world, terrain=self.rows.world.terrain)
             self.rows.world = world
 
     def take(self, moment: Moment) -> list[bytes | dict[str, Any]]:
-        """The next moment; returns what the browsers are to be sent."""
+        """Process the next moment; returns the messages for the browsers."""
         balance = self._observer.update(moment)
         late = self._late.update(moment.sensors.time, moment.sensors.wall)
         self._latest_late = float(np.fmax(self._latest_late, late))
@@ -162,7 +162,7 @@ class LiveRun:
 
 
 class Follower:
-    """Shows one robot until it is told to stop.
+    """Shows one robot until it is stopped.
 
     Args:
         server: Serves the page.
@@ -182,17 +182,17 @@ class Follower:
         self._run: LiveRun | None = None
         self._orders: Orders | None = None
         self._hand: Hand | None = None
-        self._heard = time.monotonic()
+        self._last_frame_at = time.monotonic()
         self._guard: GuardStatus | None = None
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
         self._walker_ended: Notice | None = None
-        """That `nao-hil up` lost its walker."""
+        """Notice that `nao-hil up` lost its walker."""
         self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
 
     def run(self) -> None:
-        """Until `stop` is set.
+        """Show until `stop` is set.
 
         Raises:
             ConfigurationError: not an endpoint.
@@ -201,19 +201,19 @@ class Follower:
         try:
             while not self._stop.is_set():
                 for message in self._subscriber.take():
-                    self._take(message, builder)
+                    self._process(message, builder)
                 self._publish_state()
-                due = max(due + 1.0 / RATE, time.monotonic())
+                due = max(due + 1.0 / POLL_RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
         finally:
             self._end()
 
-    def _take(self, message: Message, builder: MomentBuilder) -> None:
+    def _process(self, message: Message, builder: MomentBuilder) -> None:
         if isinstance(message, GuardStatus):
             self._guard = message
             return
         if isinstance(message, SensorFrame):
-            self._heard = time.monotonic()
+            self._last_frame_at = time.monotonic()
             if not self._known(message):
                 return
         if isinstance(message, Notice) and message.code == CAPTION:
@@ -226,7 +226,7 @@ class Follower:
 
     def _publish_state(self) -> None:
         """Send the state where it has changed."""
-        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._heard
+        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._last_frame_at
         state = describe(newest, self._guard, self._walk, self._world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
         state["notice"] = self._notice(newest)
@@ -235,7 +235,7 @@ class Follower:
             self._server.publish({"state": state})
 
     def _notice(self, newest: Moment | None) -> str:
-        """That the walker ended, until another one has had the robot for `NOTICE_CYCLES`."""
+        """Notice of the walker's end, until another one has held the robot for `NOTICE_CYCLES`."""
         ended, walk = self._walker_ended, newest.walk if newest is not None else None
         if ended is not None and walk is not None and walk.seq > ended.seq + NOTICE_CYCLES:
             self._walker_ended = None
@@ -247,7 +247,7 @@ class Follower:
             with contextlib.suppress(NaoHilError):
                 self._orders.end()
         if self._watcher is not None:
-            self._watcher.join(ENDING)
+            self._watcher.join(END_TIMEOUT)
         self._commands.close()
 
     def _known(self, frame: SensorFrame) -> bool:
@@ -272,7 +272,7 @@ class Follower:
         self._run = LiveRun(info, f"robot {self._robot}", self._world)
         if self._orders is None or self._orders.body.name != info.body:
             body = body_of(info.body, info.sheet)
-            self._hand = Hand(body, self._robot, self._endpoint, self._say) if emulated else None
+            self._hand = Hand(body, self._robot, self._endpoint, self._notify) if emulated else None
             supervised = SUPERVISED in os.environ and self._folder is not None
             self._orders = Orders(self._commands, self._driving, self._hand, body, supervised)
         self._server.feed(self._packed, self._orders.carry_out, self._file)
@@ -298,13 +298,13 @@ class Follower:
             buttons=list(ELEMENTS["touch"]),
         )
 
-    def _say(self, sentence: str) -> None:
+    def _notify(self, sentence: str) -> None:
         self._server.publish({"answer": sentence, "done": True})
 
     def _watch(self) -> None:
         """Ask walker and world, apart from the drawing."""
-        while not self._stop.wait(WATCH_EVERY):
-            self._driving.sign()
+        while not self._stop.wait(WATCH_INTERVAL):
+            self._driving.keep_alive()
             run = self._run
             if run is None:
                 continue
@@ -337,22 +337,12 @@ class Follower:
             for file in sorted(run.glob("frames*.mcap"))
         }
         if path == "/recordings":
-            return _json({name: file.stat().st_size for name, file in files.items()})
+            sizes = json.dumps({name: file.stat().st_size for name, file in files.items()}).encode()
+            return Answer(HTTPStatus.OK, sizes, (("Content-Type", "application/json"),))
         name, _, kind = path.lstrip("/").rpartition(".")
         if name not in files or kind not in ("mcap", "html"):
             return None
         content = files[name].read_bytes() if kind == "mcap" else recorded_page([files[name]])[0].encode()
-        return _download(f"{name.replace('/', '-')}.{kind}", content)
-
-
-def _json(value: Any) -> Answer:
-    return Answer(HTTPStatus.OK, json.dumps(value).encode(), (("Content-Type", "application/json"),))
-
-
-def _download(name: str, content: bytes) -> Answer:
-    kind = HTML if name.endswith(".html") else (("Content-Type", "application/octet-stream"),)
-    return Answer(HTTPStatus.OK, content, (*kind, ("Content-Disposition", f'attachment; filename="{name}"')))
-
-
-def _with_terrain(world: WorldReply, before: WorldReply) -> WorldReply:
-    return msgspec.structs.replace(world, terrain=before.terrain)
+        content_type = HTML if kind == "html" else (("Content-Type", "application/octet-stream"),)
+        disposition = f'attachment; filename="{name.replace("/", "-")}.{kind}"'
+        return Answer(HTTPStatus.OK, content, (*content_type, ("Content-Disposition", disposition)))

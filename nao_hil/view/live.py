@@ -1,4 +1,4 @@
-"""A running robot as the page has it: everything it says, and what it is told."""
+"""A running robot as the page has it: its messages, and the commands to it."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ FRAMES: Final = (SensorFrame, ActuatorFrame, TruthFrame, WalkTelemetry)
 MAX_MESSAGES: Final = 2000
 """Messages that wait for the page; older ones are lost to it."""
 MAX_FRAMES: Final = 400
-"""Messages, of a second, that a page works through; one that is further behind skips the frames before."""
-TIMEOUT: Final = 2.0
-"""s to wait for a robot to say something to."""
+"""Messages, of a second, that a page processes; one that is further behind skips the frames before."""
+ANSWER_TIMEOUT: Final = 2.0
+"""s to wait for a robot's answer."""
 
 
 class Subscriber:
@@ -39,7 +39,7 @@ class Subscriber:
 
     def __init__(self, robot: str, connect: str) -> None:
         self._mailbox: Mailbox[tuple[type[Any], bytes]] = Mailbox(MAX_MESSAGES)
-        self._subscription = Subscription(keys.check_name("Robot id", robot), connect, TOPICS, self._keep)
+        self._subscription = Subscription(keys.check_name("Robot id", robot), connect, TOPICS, self._enqueue)
 
     def take(self) -> Iterator[Message]:
         """Messages since the last call; tries to connect until that is done.
@@ -56,7 +56,7 @@ class Subscriber:
                 with contextlib.suppress(FrameError):  # a stranger on the key
                     yield decode(payload, kind)
 
-    def _keep(self, kind: type[Any], payload: bytes) -> None:
+    def _enqueue(self, kind: type[Any], payload: bytes) -> None:
         self._mailbox.put((kind, payload))
 
     def close(self) -> None:
@@ -72,7 +72,7 @@ C = TypeVar("C", bound=_Client)
 
 
 class Commands:
-    """What buttons do: each kind of command over its own client, opened when it is first used.
+    """The commands of the page's buttons: each kind over its own client, opened at its first use.
 
     Args:
         robot: Id of the robot.
@@ -92,10 +92,10 @@ class Commands:
             return client
 
     def _guard(self) -> GuardClient:
-        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, TIMEOUT))
+        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, ANSWER_TIMEOUT))
 
     def info(self) -> Info | None:
-        """What the robot is; None when none answers."""
+        """The robot's `Info`; None without an answer."""
         try:
             return self._guard().info()
         except NaoHilError:
@@ -106,7 +106,7 @@ class Commands:
 
         Raises:
             FrameError: refused; the robot's own sentence.
-            LinkError: nobody answered.
+            LinkError: no answer.
         """
         return self._client("world", lambda: WorldClient(self._robot, self._endpoint)).send(command)
 
@@ -120,15 +120,15 @@ class Commands:
         return self.walker().send(command)
 
     def walker(self) -> WalkClient:
-        """The client of the walker. Raises RobotSilent when nobody listens there."""
-        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, TIMEOUT))
+        """The client of the walker. Raises RobotSilent without an answer."""
+        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, ANSWER_TIMEOUT))
 
     def guard(self) -> GuardStatus:
-        """What the guard does. Raises LinkError when nobody answers."""
+        """Status of the guard. Raises LinkError without an answer."""
         return self._guard().status()
 
     def stop(self) -> GuardStatus:
-        """Emergency stop: crouch, then let go. Raises LinkError when nobody answers."""
+        """Emergency stop: crouch, then go limp. Raises LinkError without an answer."""
         return self._guard().stop("crouch", "page")
 
     def limp(self) -> GuardStatus:

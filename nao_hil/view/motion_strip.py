@@ -1,4 +1,4 @@
-"""Key-frame motions as strips of pictures: what docs/floor.md shows.
+"""Key-frame motions as strips of pictures, for docs/floor.md.
 
 `python -m nao_hil.view.motion_strip FILE.png NAME... [--robot nao-v6] [--engine pybullet]`
 """
@@ -19,21 +19,21 @@ from emulator.engine.catalogue import ENGINES
 from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
-from nao_hil.runs.motion import BEGINS, play
+from nao_hil.runs.motion import START_POSES, play
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
 PICTURES: Final = 9
 SIZE: Final = 240
-EVERY: Final = 10
+PICTURE_INTERVAL: Final = 10
 """Cycles from one picture to the next; not all are drawn."""
 
 
 def pictures(name: str, body: Body, engine: str) -> list[tuple[float, NDArray[np.uint8]]]:
     """Times (s) and pictures of a motion, from the pose in which it begins to its end."""
     motion = load_motion(name)
-    start = BEGINS[motion.begins[0]]
+    start = START_POSES[motion.begins[0]]
     taken = []
     with EmulatedRobot(body, seed=1, wear=load_wear("nominal"), engine=engine, start=start) as robot:
         if name.startswith("stand-up"):
@@ -42,7 +42,7 @@ def pictures(name: str, body: Body, engine: str) -> list[tuple[float, NDArray[np
         begin = robot.seq
 
         def watch(now: EmulatedRobot) -> None:
-            if (now.seq - begin) % EVERY == 0:
+            if (now.seq - begin) % PICTURE_INTERVAL == 0:
                 x, y, _ = now.truth().torso_position
                 camera = PinholeCamera((x + 0.45, y - 0.9, 0.40), (x, y, 0.22), SIZE, SIZE, math.radians(44.0))
                 taken.append((now.time, now.engine.picture(camera)))

@@ -21,22 +21,22 @@ from nao_hil.connection import connect
 from nao_hil.drive.session import Session, Walker
 from nao_hil.view.live import Commands
 
-SPEED: Final = 1.0
-"""At which a joint moves to where its slider is, rad/s."""
-WAIT: Final = 3.0
+JOINT_RATE: Final = 1.0
+"""Speed of a joint towards its slider's angle, rad/s."""
+CONNECT_TIMEOUT: Final = 3.0
 """s for a robot to answer."""
 RESTART: Final = "restart"
 """Key of the line on stdout by which the page asks the command that started it for another run."""
-LARGEST: Final = 65_536
+MAX_ORDER_SIZE: Final = 65_536
 """Of an order, bytes."""
 
 
 class Driving:
-    """The one driver that all who look at the page share.
+    """The one driver of all viewers of the page.
 
     Args:
         walker: Gives the walker to drive; raises LinkError without one.
-        present: Whether somebody looks: the robot stops by itself when nobody does any more.
+        present: Whether a browser shows the page: without one the robot stops by itself.
     """
 
     def __init__(self, walker: Callable[[], Walker], present: Callable[[], bool]) -> None:
@@ -45,35 +45,35 @@ class Driving:
         self._session: Session | None = None
 
     def press(self, key: str) -> str:
-        """Do what a key of `nao-hil drive` does.
+        """Act on a key of `nao-hil drive`.
 
         Returns:
-            What came of it, in a sentence.
+            A sentence on the result.
 
         Raises:
             LinkError: no walker takes commands.
             WalkRefused: the walker has no robot.
         """
-        return self._do(lambda session: session.take([key]))
+        return self._execute(lambda session: session.take([key]))
 
     def steer(self, velocity: Vec3) -> str:
         """Walk at a velocity, forward and to the left, m/s, and turn, rad/s; returns and raises as `press`."""
-        return self._do(lambda session: session.steer(velocity))
+        return self._execute(lambda session: session.steer(velocity))
 
-    def _do(self, act: Callable[[Session], None]) -> str:
+    def _execute(self, act: Callable[[Session], None]) -> str:
         with self._lock:
             if self._session is None:
                 self._session = Session(self._walker())
             act(self._session)
             return self._session.reply
 
-    def let_go(self) -> None:
-        """The walker was told otherwise: give no sign of life for what was wanted before."""
+    def release(self) -> None:
+        """Stop the keepalive of the former target: the walker has another order."""
         with self._lock:
             self._session = None
 
-    def sign(self) -> None:
-        """Give a sign of life if one is due; call it every second or oftener."""
+    def keep_alive(self) -> None:
+        """Send a keepalive if one is due; call it every second or oftener."""
         with self._lock:
             if self._session is None:
                 return
@@ -93,11 +93,11 @@ class Hand:
         body: Whose ranges they have.
         robot: Id of the robot.
         endpoint: Zenoh endpoint of the robot.
-        say: Told a sentence where the robot goes away.
+        notify: Called with a sentence when the robot is lost.
     """
 
-    def __init__(self, body: Body, robot: str, endpoint: str, say: Callable[[str], None]) -> None:
-        self._body, self._robot, self._endpoint, self._say = body, robot, endpoint, say
+    def __init__(self, body: Body, robot: str, endpoint: str, notify: Callable[[str], None]) -> None:
+        self._body, self._robot, self._endpoint, self._notify = body, robot, endpoint, notify
         self._end: threading.Event | None = None
         self._held = threading.Event()
         self._wanted = np.zeros(len(JOINTS))
@@ -108,7 +108,7 @@ class Hand:
         return self._held.is_set()
 
     def move(self, angles: Mapping[str, float]) -> str:
-        """Want these angles, rad; the joints approach them at `SPEED`.
+        """Want these angles, rad; the joints approach them at `JOINT_RATE`.
 
         Raises:
             FrameError: no such joint, or the page does not hold the robot.
@@ -129,7 +129,7 @@ class Hand:
             threading.Thread(target=self._hold, args=(self._end,), name="hand", daemon=True).start()
         return "The page asks for the robot."
 
-    def let_go(self) -> str:
+    def release(self) -> str:
         """Give the robot back."""
         if self._end is not None:
             self._end.set()
@@ -137,17 +137,17 @@ class Hand:
 
     def _hold(self, end: threading.Event) -> None:
         try:
-            with connect(self._endpoint, robot=self._robot, name="page", timeout=WAIT) as robot:
+            with connect(self._endpoint, robot=self._robot, name="page", timeout=CONNECT_TIMEOUT) as robot:
                 target = np.array(robot.frame.position)
                 self._wanted[:] = target
                 self._held.set()
-                self._say("The page holds the robot; its joints go where the sliders are.")
-                step = SPEED * self._body.cycle
+                self._notify("The page holds the robot; its joints go where the sliders are.")
+                step = JOINT_RATE * self._body.cycle
                 while not end.is_set():
                     target += np.clip(self._wanted - target, -step, step)
                     robot.step(target)
         except NaoHilError as error:
-            self._say(str(error))
+            self._notify(str(error))
         self._held.clear()
         self._end = None
 
@@ -209,7 +209,7 @@ class Joints(_Order, frozen=True, tag="joints"):
 
 
 class Restart(_Order, frozen=True, tag="restart"):
-    """Begin a new run with these settings of `nao-hil up`; what is left out stays."""
+    """Begin a new run with these settings of `nao-hil up`; the others stay."""
 
     settings: dict[str, str]
 
@@ -221,11 +221,11 @@ _DECODER: Final = msgspec.json.Decoder(Order)
 
 
 class Orders:
-    """Carries out what the page asks for.
+    """Carries out the orders of the page.
 
     Args:
         commands: Clients of the robot.
-        driving: The driver that all who look at the page share.
+        driving: The driver of all viewers of the page.
         hand: Holds the joints; None: they cannot be held.
         body: Of the robot.
         supervised: Whether a command is there that can begin another run.
@@ -245,22 +245,22 @@ class Orders:
             text: JSON.
 
         Returns:
-            A sentence, and whether the order was carried out.
+            A sentence, and whether the order is carried out.
         """
         try:
             order = _DECODER.decode(text)
-            return self._do(order), True
+            return self._execute(order), True
         except msgspec.MsgspecError as error:
             return f"This is no order of the page: {error}.", False
         except NaoHilError as error:
             return str(error), False
 
-    def _do(self, order: Order) -> str:
+    def _execute(self, order: Order) -> str:
         if isinstance(order, Key | Steer):
             return self._drive(order)
         resets = isinstance(order, World) and isinstance(order.command, Reset)
         if resets or isinstance(order, Walk | Stop | Arm):
-            self._driving.let_go()
+            self._driving.release()
         if isinstance(order, World):
             return self._world(order.command)
         if isinstance(order, Walk):
@@ -290,7 +290,7 @@ class Orders:
             raise FrameError("The joints of a real robot are not moved from the page.")
         if isinstance(order, Joints):
             return self._hand.move(order.angles)
-        return self._hand.take() if order.on else self._hand.let_go()
+        return self._hand.take() if order.on else self._hand.release()
 
     def _restart(self, settings: dict[str, str]) -> str:
         if not self.supervised:
@@ -299,10 +299,10 @@ class Orders:
         return "The run begins again; the page follows."
 
     def end(self) -> None:
-        """Leave a world that goes on and a robot that is free."""
+        """Leave the world running and the robot free."""
         self._slow.end()
         if self._hand is not None:
-            self._hand.let_go()
+            self._hand.release()
 
 
 class SlowMotion:
@@ -319,10 +319,10 @@ class SlowMotion:
         self._pace: threading.Thread | None = None
 
     def set_speed(self, speed: float) -> str:
-        """Go on at this speed; 1: as fast as before.
+        """Set the speed of the world; 1: as fast as before.
 
         Returns:
-            What was done, in a sentence.
+            A sentence on the result.
 
         Raises:
             FrameError: refused.
@@ -339,7 +339,7 @@ class SlowMotion:
         return f"The robot's time goes at {speed:g} of its speed."
 
     def end(self) -> None:
-        """The page ends: a world that it slowed down goes on. Raises as `set_speed`."""
+        """End the page: a world that it slowed down runs on. Raises as `set_speed`."""
         if self._pace is not None:
             self.set_speed(1.0)
 
@@ -354,5 +354,5 @@ class SlowMotion:
         while not self._end.wait(pause):
             try:
                 self._send(Step())
-            except NaoHilError:  # the robot is gone, or was told to go on
+            except NaoHilError:  # the robot is lost, or resumed by another client
                 return

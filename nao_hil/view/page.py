@@ -35,7 +35,7 @@ def page(title: str, runs: Sequence[bytes] = ()) -> tuple[str, str]:
 
 
 def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
-    """The page of one recording or of several beside each other, and its policy.
+    """The page of one recording or of several side by side, and its policy.
 
     Raises:
         ConfigurationError: not a recording, or an empty one.

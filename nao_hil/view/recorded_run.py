@@ -1,4 +1,4 @@
-"""A whole recording as the page shows it: how the robot stood at each moment, and what went wrong."""
+"""A whole recording as the page shows it: the robot's pose at each moment, and its symptoms."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ MAX_CYCLES: Final = 20_000
 
 
 class RecordedRun(NamedTuple):
-    """The run before the robot began anew."""
+    """The run before the robot restarted."""
 
     body: Body
     balances: list[Balance]
     symptoms: list[Symptom]
-    """Up to the fall, if there was one."""
+    """Up to the fall, if there is one."""
     diagnosis: Diagnosis | None
     """Of the fall."""
     stood: float
-    """Robot time at which it stood or walked again after the fall, s; inf: it did not."""
+    """Robot time at which it stands or walks again after the fall, s; inf: never."""
     world: WorldReply | None
-    """As it was at the start; None where it was not recorded."""
+    """At the start; None where it is not recorded."""
 
 
 def read_run(file: Path) -> RecordedRun:
@@ -69,7 +69,7 @@ def read_run(file: Path) -> RecordedRun:
         if off is None and symptoms and symptoms[-1].kind == "fall":
             off = watch.torso_off
     diagnosis = explain(symptoms, torso_off=bool(off))
-    if diagnosis is not None:  # what a fallen robot does is no sign of anything
+    if diagnosis is not None:  # motions of a fallen robot are no symptoms
         symptoms = [s for s in symptoms if s.time <= diagnosis.fell]
     return RecordedRun(body, balances, symptoms, diagnosis, _stood(run, diagnosis), recorded_world(file))
 
@@ -81,7 +81,7 @@ def _stood(run: list[Moment], diagnosis: Diagnosis | None) -> float:
 
 
 def first_run(recorded: list[Moment]) -> list[Moment]:
-    """The moments before the robot began anew: a timeline has one run."""
+    """The moments before the robot restarted: a timeline has one run."""
     for i in range(1, len(recorded)):
         if recorded[i].sensors.seq <= recorded[i - 1].sensors.seq:
             return recorded[:i]

@@ -33,7 +33,7 @@ from emulator.shell import Colour, ColouredMesh, lamps, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Stand, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.recorded_run import RecordedRun
-from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
+from nao_hil.view.signals import CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.surroundings import Footprints, terrain_meshes
 from walker.estimation.odometry import GroundPlane
 
@@ -48,23 +48,23 @@ OBSTACLE: Final[Colour] = (212, 163, 92)
 GROUND: Final[Colour] = (104, 92, 72)
 PRINTS: Final[dict[str, Colour]] = {"planned": PLANNED, "made": (173, 181, 189)}
 """Colours of the footprints."""
-NEWTON: Final = 0.006
+BAR_PER_NEWTON: Final = 0.006
 """Height of a load's bar, m/N: 150 mm for a full cell."""
-BARS_OVER: Final = 0.02
+BAR_BASE: Final = 0.02
 """Height over the sole at which the bars begin, m."""
-OVER: Final = 0.002
-"""Height of what is drawn on the floor over it, m."""
-FAR: Final = 0.03
+MARK_HEIGHT: Final = 0.002
+"""Height over the floor of marks on it, m."""
+TIPPING_DISTANCE: Final = 0.03
 """A capture point this far outside the support polygon is marked, m."""
-NOTHING: Final = -(2**31)
-"""The integer that stands for NaN."""
-PERIOD: Final = 0.03
+NAN_INTEGER: Final = -(2**31)
+"""The integer for NaN."""
+ROW_PERIOD: Final = 0.03
 """Robot time from one row to the next, s; the page interpolates between them."""
-LENGTH: Final = 1e-4
+LENGTH_STEP: Final = 1e-4
 """Step to which lengths are rounded in a file, m."""
-TURN: Final = 1.0 / 16384.0
+TURN_STEP: Final = 1.0 / 16384.0
 """Likewise of a quaternion's components."""
-NEAR: Final = 1e-6
+TIME_TOLERANCE: Final = 1e-6
 """s"""
 
 
@@ -97,7 +97,7 @@ def soles_that_touch(kinematics: FloatingBase, stand: Stand) -> SupportPolygon |
 
 def tips(stand: Stand, polygon: SupportPolygon) -> bool:
     """Whether the robot is about to fall: its capture point is far outside, or nothing bears it."""
-    return stand.zmp is None or polygon.margin(stand.capture) < -FAR
+    return stand.zmp is None or polygon.margin(stand.capture) < -TIPPING_DISTANCE
 
 
 class PackedTable(NamedTuple):
@@ -113,14 +113,14 @@ def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
     """Header and tables, compressed by gzip.
 
     Args:
-        header: What goes into JSON beside the layout, which is added as `tables`.
+        header: Data for JSON, to which the layout is added as `tables`.
         tables: By their names.
     """
     layout, columns = [], []
     for name, table in tables.items():
         values = np.asarray(table.values, dtype=np.float64)
         layout.append({"name": name, "rows": len(values), "columns": values.shape[1], "step": table.step})
-        rounded = np.where(np.isnan(values), NOTHING, np.round(np.nan_to_num(values) / table.step))
+        rounded = np.where(np.isnan(values), NAN_INTEGER, np.round(np.nan_to_num(values) / table.step))
         columns.append(np.diff(rounded.astype(np.int64), axis=0, prepend=0).T.astype("<i4").tobytes())
     text = json.dumps({**header, "tables": layout}).encode()
     text += b" " * (-len(text) % 4)
@@ -147,13 +147,13 @@ class RunRows:
         n = len(self.links)
         self.fields: dict[str, tuple[int, float]] = {
             "time": (1, 1e-3),
-            "position": (3 * n, LENGTH),
-            "attitude": (4 * n, TURN),
-            "heading": (1, TURN),
-            "points": (3 * len(POINTS), LENGTH),
+            "position": (3 * n, LENGTH_STEP),
+            "attitude": (4 * n, TURN_STEP),
+            "heading": (1, TURN_STEP),
+            "points": (3 * len(POINTS), LENGTH_STEP),
             "loads": (8, 0.1),
             "tips": (1, 1.0),
-            "support": (corners, LENGTH),
+            "support": (corners, LENGTH_STEP),
             "step": (1, 1.0),
             "phase": (1, 1.0),
             "lights": (3 * len(self._lamps), 1.0),
@@ -173,7 +173,7 @@ class RunRows:
 
     def due(self, time: float) -> bool:
         """Whether a moment of this robot time, s, gets a row; an earlier one than the last does."""
-        if self._last <= time < self._last + PERIOD - NEAR:
+        if self._last <= time < self._last + ROW_PERIOD - TIME_TOLERANCE:
             return False
         self._last = time
         return True
@@ -239,7 +239,7 @@ class RunRows:
     def _on_floor(self, point: tuple[float, float] | None) -> tuple[float, float, float]:
         if point is None:
             return (math.nan,) * 3
-        return (*point, self.floor.at(*point) + OVER)
+        return (*point, self.floor.at(*point) + MARK_HEIGHT)
 
     def pack(self, rows: Array, prints: Sequence[Sequence[float]], **header: Any) -> bytes:
         """The run, packed.
@@ -253,9 +253,9 @@ class RunRows:
         pieces += [(0, part) for part in self._terrain()]
         fields = np.split(rows, np.cumsum([width for width, _ in self.fields.values()])[:-1], axis=1)
         tables = {
-            "vertices": PackedTable(np.vstack([part.vertices for _, part in pieces]), LENGTH),
+            "vertices": PackedTable(np.vstack([part.vertices for _, part in pieces]), LENGTH_STEP),
             "faces": PackedTable(np.vstack([part.faces for _, part in pieces]), 1.0),
-            "footprints": PackedTable(_padded(prints), LENGTH),
+            "footprints": PackedTable(_padded(prints), LENGTH_STEP),
             **{
                 name: PackedTable(columns, step)
                 for (name, (_, step)), columns in zip(self.fields.items(), fields, strict=True)
@@ -279,11 +279,11 @@ class RunRows:
                 {"link": 1 + self.links.index(link), "at": at, "radius": radius}
                 for link, at, radius in self._lamps.values()
             ],
-            "newton": NEWTON,
+            "newton": BAR_PER_NEWTON,
             "colours": {"safe": SAFE, "lost": LOST, "object": OBSTACLE, **PRINTS},
+            "prints": list(PRINTS),
             "charts": [chart.to_json() for chart in CHARTS],
             "signals": list(SIGNALS.items()),
-            "whole": len(BALANCE),
             "joints": [[j, *np.degrees([s.lower, s.upper])] for j in JOINTS if (s := self.body.joints.get(j))],
             "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
             **world_json(self.world),
@@ -298,7 +298,7 @@ class RunRows:
                 "parent": tree[name].parent,
                 "offset": tree[name].offset,
                 "axis": tree[name].axis,
-                "joint": INDEX_WITH_MIRROR[name],
+                "joint": JOINTS[INDEX_WITH_MIRROR[name]],
             }
             for name in self._kinematics.links[1:]
         ]
@@ -316,7 +316,7 @@ class RunRows:
         return [
             {
                 "link": 1 + self.links.index(f"{s}AnkleRoll"),
-                "at": [*at[:2], at[2] + BARS_OVER],
+                "at": [*at[:2], at[2] + BAR_BASE],
                 "range": fsr.range,
             }
             for s, places in zip(SIDES, (fsr.L, fsr.R), strict=True)
@@ -355,7 +355,7 @@ def world_json(world: WorldReply | None) -> dict[str, Any]:
 def events_json(
     symptoms: Sequence[Symptom], diagnosis: Diagnosis | None, stood: float = math.inf
 ) -> dict[str, Any]:
-    """Events, and the fall with its first symptom; `stood`: robot time at which the robot was up again, s."""
+    """Events, and the fall with its first symptom; `stood`: robot time at which the robot is up again, s."""
     fall = None
     if diagnosis is not None:
         first = diagnosis.first

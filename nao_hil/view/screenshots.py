@@ -27,13 +27,13 @@ from nao_hil.view.video import SOFTWARE
 SCREEN: Final = (1280, 800)
 PHONE: Final = (390, 844)
 TIMEOUT: Final = 600_000
-"""ms; without a graphics card, and beside other work, drawing takes its time."""
+"""ms; without a graphics card, and with other work, drawing takes its time."""
 SETTLING: Final = 4_000
 """ms from a change of the page to its picture."""
 COLOURS: Final = 256
 """Of a picture, so that its file is small."""
 FALL: Final = "[[pushes]]\ntime = 5.0\nimpulse = 6.0\ndirection = 90.0\n"
-"""What the recorded robot falls by."""
+"""Push that fells the recorded robot."""
 WALK: Final = ("--robot", "nao-v6", "--engine", "mujoco", "--gait", "omni")
 
 
@@ -41,7 +41,7 @@ class Photographer:
     """Takes the pictures, run by run.
 
     Args:
-        folder: Where they go.
+        folder: Of the pictures.
         work: Of the runs and their recordings.
     """
 
@@ -53,40 +53,40 @@ class Photographer:
         up = ["up", "--serve", "--view", *WALK, "--listen", free_endpoint(), "--out", str(self._work / "live")]
         with self._served(up) as page:
             _state(page, "stands")
-            self._take(page, "stand", "Charts")
+            self._shoot(page, "stand", "Charts")
             _press(page, "Walk")
             _state(page, "step")
-            self._take(page, "walk", "Walk")
-            self._take(page, "phone-walk", "Walk", PHONE)
+            self._shoot(page, "walk", "Walk")
+            self._shoot(page, "phone-walk", "Walk", PHONE)
             page.get_by_role("tab", name="World").click()
             page.get_by_label("to the left, N s").fill("0.8")
             _press(page, "Push")
-            self._take(page, "push", "World")
+            self._shoot(page, "push", "World")
             page.get_by_label("to the left, N s").fill("6")
             _press(page, "Push")
             _state(page, "lies")
-            self._take(page, "live-fall", "Charts")
+            self._shoot(page, "live-fall", "Charts")
             _press(page, "Stop")
             _state(page, "stands")
-            self._take(page, "got-up", "Events")
+            self._shoot(page, "got-up", "Events")
             _press(page, "Emergency stop")
             _state(page, "limp")
-            self._take(page, "stop", "Run")
+            self._shoot(page, "stop", "Run")
 
     def replay(self) -> None:
         """A recorded fall at its first sign, on dark and light pages, the estimate, and two runs."""
         walk, fall = self._recorded("walk"), self._recorded("fall", FALL)
         with self._served(["view", "--replay", str(fall)]) as page:
             page.evaluate("player.goTo(player.runs[0].header.fall.time + 0.05)")
-            self._take(page, "fall", "Charts")
-            self._take(page, "phone-replay", "Charts", PHONE)
+            self._shoot(page, "fall", "Charts")
+            self._shoot(page, "phone-replay", "Charts", PHONE)
             page.evaluate("player.goTo(4.0), $('theme').click()")
             page.get_by_role("button", name="Legend").click()
             page.get_by_label("estimated pose").check()
-            self._take(page, "light", "Joints")
+            self._shoot(page, "light", "Joints")
         with self._served(["view", "--replay", str(walk), "--replay", str(fall)]) as page:
             page.evaluate("player.goTo(5.2)")
-            self._take(page, "two", "Charts")
+            self._shoot(page, "two", "Charts")
 
     def _recorded(self, name: str, scenario: str = "") -> Path:
         """A walk, in a world of its own."""
@@ -98,7 +98,7 @@ class Photographer:
         subprocess.run(command, check=False, stdout=subprocess.DEVNULL)  # one falls, and so ends with 1
         return self._work / name
 
-    def _take(self, page: Page, name: str, tab: str, size: tuple[int, int] = SCREEN) -> None:
+    def _shoot(self, page: Page, name: str, tab: str, size: tuple[int, int] = SCREEN) -> None:
         page.set_viewport_size({"width": size[0], "height": size[1]})
         page.get_by_role("tab", name=tab).click()
         page.wait_for_timeout(SETTLING)

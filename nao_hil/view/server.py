@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from nao_hil.view.access import Access, Answer, Asked
-from nao_hil.view.orders import LARGEST
+from nao_hil.view.orders import MAX_ORDER_SIZE
 
 HEADERS: Final = (
     ("Cache-Control", "no-store"),
@@ -28,9 +28,9 @@ HEADERS: Final = (
 POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
 """Content-Security-Policy of everything but the page, which has its own."""
 HTML: Final = (("Content-Type", "text/html; charset=utf-8"),)
-BACKLOG: Final = 300
-"""Messages that wait for a browser; one that is further behind gets the run from its start again."""
-URGENT: Final = b'{"do":"stop"'
+MAX_BACKLOG: Final = 300
+"""Messages waiting for a browser; one that is further behind gets the run from its start again."""
+URGENT_PREFIX: Final = b'{"do":"stop"'
 """Beginning of an emergency stop: it waits for no order before it."""
 
 Whole = Callable[[], "bytes | None"]
@@ -51,13 +51,13 @@ class Browser:
         self._sender = threading.Thread(target=self._send, name="sender", daemon=True)
 
     def start(self) -> None:
-        """Send the run, and from then on what is put."""
+        """Send the run, and from then on each `put`."""
         self._begin()
         self._sender.start()
 
     def put(self, message: bytes | str) -> None:
         """Send a message after those before it."""
-        if self._queue.qsize() > BACKLOG:
+        if self._queue.qsize() > MAX_BACKLOG:
             self._begin()
         else:
             self._queue.put(message)
@@ -118,7 +118,7 @@ class PageServer:
                 ssl=tls,
                 process_request=door(access, self._file),
                 compression=None,
-                max_size=LARGEST,
+                max_size=MAX_ORDER_SIZE,
                 logger=silent,
             )
         except (OSError, OverflowError) as error:
@@ -139,7 +139,7 @@ class PageServer:
 
         Args:
             whole: Gives the packed run up to now.
-            order: Carries out an order; returns a sentence and whether it was carried out.
+            order: Carries out an order; returns a sentence and whether the order is carried out.
             files: Answers to paths other than the page's.
         """
         self._whole, self._order, self._files = whole, order, files
@@ -173,7 +173,7 @@ class PageServer:
             self._browsers.add(browser)
         try:
             for text in connection:
-                urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT)
+                urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT_PREFIX)
                 self._workers[urgent].submit(self._answer, browser, text)
         finally:
             with self._lock:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -47,11 +48,10 @@ BALANCE: Final = {
 }
 """Signals of the whole robot and their units."""
 SIGNALS: Final = BALANCE | {f"{q} {joint}": unit for joint in JOINTS for q, unit in QUANTITIES.items()}
-"""Signal -> unit, in the order of `signal_values`."""
-LATE: Final = list(SIGNALS).index("cycle late")
-PAUSE: Final = 500.0
-"""A longer time from one frame to the next was a pause of the world, ms."""
-WINDOW: Final = 10.0
+"""Signal -> unit."""
+MIN_PAUSE: Final = 500.0
+"""A longer time from one frame to the next is a pause of the world, ms."""
+LATENESS_WINDOW: Final = 10.0
 """Robot time over which the earliest frame counts as punctual, s."""
 
 
@@ -84,6 +84,7 @@ def _pair(signal: str) -> tuple[Line, Line]:
     return Line(signal.format("left"), "left", BLUE), Line(signal.format("right"), "right", ORANGE)
 
 
+_UNKNOWN: Final = [math.nan] * len(JOINTS)
 CHARTS: Final = (
     Chart(
         "torso angle, deg",
@@ -122,35 +123,41 @@ CHARTS: Final = (
 
 
 def signal_values(balance: Balance, late: float = math.nan) -> list[float]:
-    """Values of `SIGNALS` at a moment; NaN where a value is not known.
+    """Values of `SIGNALS` at a moment, in their order; NaN where a value is not known.
 
     Args:
         balance: The moment.
-        late: How late its cycle is, ms.
+        late: Lateness of its cycle, ms.
     """
     frame, walk, asked = balance.moment.sensors, balance.moment.walk, balance.moment.asked
-    values = [
-        *np.degrees(frame.angle),
-        sum(frame.fsr[:4]),
-        sum(frame.fsr[4:]),
-        _mm(balance.plan.margin if balance.plan else None),
-        _mm(balance.sensed.margin),
-        _mm(balance.true.margin if balance.true else None),
-        late,
-        *np.degrees(frame.gyroscope),
-        *frame.accelerometer,
-        _mm(walk.left[2] if walk is not None else None),
-        _mm(walk.right[2] if walk is not None else None),
-        max(frame.current[i] for i in LEGS),
-        max(frame.temperature),
-    ]
-    command = np.degrees(asked.position) if asked is not None else np.full(len(JOINTS), math.nan)
-    joints = np.column_stack([np.degrees(frame.position), command, frame.current, frame.temperature])
-    return [*values, *joints.ravel()]
+    values = {
+        **_named("torso {}", ("roll", "pitch"), np.degrees(frame.angle)),
+        "force left foot": sum(frame.fsr[:4]),
+        "force right foot": sum(frame.fsr[4:]),
+        "ZMP margin planned": _mm(balance.plan.margin if balance.plan else None),
+        "ZMP margin by FSR": _mm(balance.sensed.margin),
+        "ZMP margin true": _mm(balance.true.margin if balance.true else None),
+        "cycle late": late,
+        **_named("gyroscope {}", ("roll", "pitch", "yaw"), np.degrees(frame.gyroscope)),
+        **_named("accelerometer {}", "xyz", frame.accelerometer),
+        "height left foot planned": _mm(walk.left[2] if walk is not None else None),
+        "height right foot planned": _mm(walk.right[2] if walk is not None else None),
+        "largest leg current": max(frame.current[i] for i in LEGS),
+        "hottest motor": max(frame.temperature),
+        **_named("angle {}", JOINTS, np.degrees(frame.position)),
+        **_named("command {}", JOINTS, np.degrees(asked.position) if asked is not None else _UNKNOWN),
+        **_named("current {}", JOINTS, frame.current),
+        **_named("temperature {}", JOINTS, frame.temperature),
+    }
+    return [values[name] for name in SIGNALS]
+
+
+def _named(signal: str, names: Sequence[str], values: Iterable[float]) -> dict[str, float]:
+    return {signal.format(name): value for name, value in zip(names, values, strict=True)}
 
 
 class Lateness:
-    """How late each frame is against the most punctual one of the last seconds; a pause is no lateness."""
+    """Lateness of each frame against the most punctual one of the last seconds; a pause is no lateness."""
 
     def __init__(self) -> None:
         self._recent: deque[tuple[float, float]] = deque()
@@ -161,19 +168,19 @@ class Lateness:
 
         Args:
             time: Robot time, s.
-            wall: Wall clock when the frame was sent, ns; 0: not known.
+            wall: Wall clock at sending, ns; 0: not known.
         """
         if not wall:
             return math.nan
         behind = 1e-6 * wall - 1e3 * time
-        if abs(behind - self._last) > PAUSE:
+        if abs(behind - self._last) > MIN_PAUSE:
             self._paused += behind - self._last
         self._last = behind
         now = behind - self._paused
         while self._recent and (self._recent[-1][1] >= now or self._recent[-1][0] > time):
             self._recent.pop()
         self._recent.append((time, now))
-        while self._recent[0][0] < time - WINDOW:
+        while self._recent[0][0] < time - LATENESS_WINDOW:
             self._recent.popleft()
         return now - self._recent[0][1]
 

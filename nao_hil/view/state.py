@@ -11,7 +11,7 @@ from bridge.motion.player import lying
 from nao_hil.analysis.diagnosis import Moment
 from nao_hil.runs.monitor import walk_in_force
 
-SILENT: Final = 1.0
+SILENCE_TIMEOUT: Final = 1.0
 """s without a frame after which the robot counts as silent."""
 LYING: Final = {"upright": "", "back": "lies on its back", "front": "lies on its front"}
 GUARD: Final = {
@@ -48,8 +48,8 @@ def describe(
     """The state as the page shows it.
 
     Args:
-        moment: The newest; None: no frame has come.
-        guard: The robot's newest report of itself; None: none has come.
+        moment: The newest; None: no frame yet.
+        guard: The robot's newest report of itself; None: none yet.
         status: The walker's; None: no walker answers.
         world: Of an emulator; None: not known, or a real robot.
         silent: Time since the last frame, s.
@@ -79,7 +79,7 @@ def _words(
 ) -> str:
     if moment is None:
         return "waits for the robot"
-    if silent > SILENT:
+    if silent > SILENCE_TIMEOUT:
         return "paused" if paused else f"no word from the robot for {silent:.0f} s"
     posture = LYING.get(lying(moment.sensors.angle), "lies on its side")
     if walk is not None:

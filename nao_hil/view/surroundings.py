@@ -22,7 +22,7 @@ from walker.estimation.odometry import on_ground
 from walker.gaits.plan import Foothold
 
 Kind = Literal["planned", "made"]
-NEAR: Final = 0.004
+SAME_OUTLINE_DISTANCE: Final = 0.004
 """An outline this close to the last one of its kind is the same, m."""
 
 
@@ -47,7 +47,7 @@ class Footprints:
         self._last: dict[Kind, Array] = {}
 
     def update(self, balance: Balance) -> list[Footprint]:
-        """What the next moment adds."""
+        """Footprints that the next moment adds."""
         found: list[Footprint] = []
         for side in SIDES:
             foot = balance.best.robot.feet[side]
@@ -63,14 +63,14 @@ class Footprints:
             return []
         corners = (self._kinematics.soles[side] @ on_ground(at).T)[:, :2]
         last = self._last.get(kind)
-        if last is not None and np.abs(last[0] - corners[0]).max() < NEAR:
+        if last is not None and np.abs(last[0] - corners[0]).max() < SAME_OUTLINE_DISTANCE:
             return []
         self._last[kind] = corners
         return [Footprint(kind, corners)]
 
 
 def recorded_world(recording: Path) -> WorldReply | None:
-    """What stood there at the start, from `scenario.toml` in the recording's folder; None without one."""
+    """Objects at the start, from `scenario.toml` in the recording's folder; None without one."""
     file = recording.parent / "scenario.toml"
     if not file.is_file():
         return None
@@ -81,7 +81,7 @@ def recorded_world(recording: Path) -> WorldReply | None:
 def initial_world(scenario: Scenario, seed: int) -> WorldReply:
     """Boxes, floor and terrain of a scenario before anything happens to a robot of this seed.
 
-    A box without a height is drawn on the floor, also where it lies on another one.
+    A box without a height is drawn on the floor, also where it is on another one.
     """
     floor = scenario.floor
     roll, pitch = math.radians(floor.roll), math.radians(floor.pitch)

@@ -22,18 +22,18 @@ from nao_hil.view.page import recorded_page
 
 MILLISECOND: Final = 1_000_000
 """ns; the unit of times in the file."""
-MAKER: Final = f"nao-hil {__version__}".encode()
+WRITING_APP: Final = f"nao-hil {__version__}".encode()
 CHROMIUM: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 SOFTWARE: Final = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""It draws without a graphics card."""
+"""Options for drawing without a graphics card."""
 SIZE: Final = (1280, 720)
 """Pixels."""
-RATE: Final = 30
+PICTURE_RATE: Final = 30
 """Pictures per second."""
-BITS: Final = 3_000_000
+BIT_RATE: Final = 3_000_000
 """Per second of the video."""
-TOGETHER: Final = 15
-"""Pictures between two looks at the progress."""
+BATCH_SIZE: Final = 15
+"""Pictures between two reports of the progress."""
 
 
 class EncodedPicture(NamedTuple):
@@ -42,7 +42,7 @@ class EncodedPicture(NamedTuple):
     time: int
     """In the video, ms."""
     key: bool
-    """It needs no other one; the first must be one."""
+    """Needs no other one; the first must be one."""
     data: bytes
 
 
@@ -63,7 +63,7 @@ def webm(pictures: Sequence[EncodedPicture], size: tuple[int, int], rate: float)
     info = _element(
         "1549A966",
         _number("2AD7B1", MILLISECOND) + _element("4489", struct.pack(">d", duration)),
-        _element("4D80", MAKER) + _element("5741", MAKER),
+        _element("4D80", WRITING_APP) + _element("5741", WRITING_APP),
     )
     video = _element("E0", _number("B0", size[0]) + _number("BA", size[1]))
     entry = _number("D7", 1) + _number("73C5", 1) + _number("9C", 0) + _number("83", 1)
@@ -88,7 +88,7 @@ def _cluster(group: Sequence[EncodedPicture]) -> bytes:
 
 
 def _cues(times: Sequence[int], places: Sequence[int]) -> bytes:
-    """Where the clusters begin."""
+    """Starts of the clusters."""
     points = [
         _element("BB", _number("B3", time) + _element("B7", _number("F7", 1) + _number("F1", place)))
         for time, place in zip(times, places, strict=True)
@@ -125,19 +125,19 @@ def write_video(recording: Path, file: Path, begin: float, end: float | None, sp
         page.goto(page_file.as_uri())
         page.wait_for_selector("body[data-ready]")
         first, last = page.evaluate("[player.first, player.last]")
-        times = np.arange(max(begin, first), last if end is None else min(end, last), speed / RATE)
+        times = np.arange(max(begin, first), last if end is None else min(end, last), speed / PICTURE_RATE)
         if not len(times):
             raise ConfigurationError(f"{recording} goes from {first:g} s to {last:g} s; --from, --to miss it.")
         width, height = SIZE
-        options = {"width": width, "height": height, "rate": RATE, "bits": BITS, "theme": "dark"}
+        options = {"width": width, "height": height, "rate": PICTURE_RATE, "bits": BIT_RATE, "theme": "dark"}
         page.evaluate("options => { window.video = new Video(player, options); }", options)
-        parts = np.array_split(times, -(-len(times) // TOGETHER))
+        parts = np.array_split(times, -(-len(times) // BATCH_SIZE))
         pictures = [
             EncodedPicture(round(1e-3 * when), key, base64.b64decode(data))
             for part in track(parts, "drawing", console=Console(stderr=True), transient=True)
             for when, key, data in page.evaluate("times => video.add(times)", part.tolist())
         ]
-    write_bytes(file, webm(pictures, SIZE, RATE))
+    write_bytes(file, webm(pictures, SIZE, PICTURE_RATE))
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""A walk as a strip of pictures over its plot: what the README shows.
+"""A walk as a strip of pictures over its plot, for the README.
 
 `python -m nao_hil.view.walk_strip FILE.png [--gait static] [--wear ideal]`
 """
@@ -31,7 +31,7 @@ WIDTH, HEIGHT = 300, 520
 
 
 class Strip(Observer):
-    """Observer that takes a picture every so often and keeps what the plot needs."""
+    """Observer that takes a picture every so often and keeps the data of the plot."""
 
     def __init__(self, robot: EmulatedRobot) -> None:
         self._robot = robot

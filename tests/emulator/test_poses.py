@@ -18,7 +18,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import FLAT, START_NAMES
 from emulator.scenarios.ground import Start
 from emulator.scenarios.model import Scenario
-from emulator.start import HOOK
+from emulator.start import HOOK_CLEARANCE
 from emulator.wear import load_wear
 
 NOMINAL = load_wear("nominal")
@@ -87,7 +87,7 @@ def test_a_pose_points_where_its_name_says_and_rests(body: str, engine: str, nam
 def test_a_hanging_robot_is_limp_and_touches_nothing() -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=1, wear=NOMINAL, start="hang") as robot:
         height = robot.truth().torso_position[2]
-        assert height == pytest.approx(standing_height(robot.body) + HOOK, abs=0.01)
+        assert height == pytest.approx(standing_height(robot.body) + HOOK_CLEARANCE, abs=0.01)
         assert robot.truth().left.force == (0.0, 0.0, 0.0)
         assert set(robot.frame.stiffness) == {0.0}
         robot.stand_up()

@@ -28,7 +28,7 @@ from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
 from emulator.scenarios.model import Scenario, terrain_of
-from emulator.start import lay_terrain
+from emulator.start import add_terrain
 from emulator.world.actions import PendulumStrike
 from emulator.world.world import World
 
@@ -323,7 +323,7 @@ def test_boxes_are_placed_from_the_robot_and_on_one_another(physics: str) -> Non
 def test_tiles_have_the_asked_heights_and_leave_the_start_free(engine: Engine) -> None:
     world = World(engine)
     tiles = Tiles(area=(1.0, 1.0), height=0.02, edge=0.1, free=0.3)
-    lay_terrain(world, terrain_of(Scenario(tiles=tiles), np.random.default_rng(1)))
+    add_terrain(world, terrain_of(Scenario(tiles=tiles), np.random.default_rng(1)))
     at = [(0.1 * i - 0.45, 0.1 * j - 0.45) for i in range(10) for j in range(10)]
     heights = np.array(world.ground(at))
     free = np.hypot(*np.array(at).T) < 0.3
@@ -338,7 +338,7 @@ def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(engine: Engine
     world = World(engine)
     heights = tuple(tuple(0.01 * i + 0.003 * j for i in range(5)) for j in range(4))
     field = Heightfield(spacing=0.1, heights=heights, centre=(1.0, -2.0))
-    lay_terrain(world, terrain_of(Scenario(heightfield=field), np.random.default_rng(0)))
+    add_terrain(world, terrain_of(Scenario(heightfield=field), np.random.default_rng(0)))
     points = [(1.0 - 0.2 + 0.1 * i, -2.0 - 0.15 + 0.1 * j) for i in range(1, 4) for j in range(1, 3)]
     expected = [0.01 * i + 0.003 * j for i in range(1, 4) for j in range(1, 3)]
     np.testing.assert_allclose(world.ground(points), expected, atol=1e-5)

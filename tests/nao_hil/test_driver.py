@@ -106,8 +106,8 @@ def test_another_gait_begins_slowly() -> None:
 
 
 def test_a_sign_of_life_is_given_while_walking_only() -> None:
-    assert DRIVER.again(REST) is None
-    assert DRIVER.again(typed(["w"])) == WalkCommand(op="walk", velocity=(0.003, 0.0, 0.0), hold=HOLD)
+    assert DRIVER.keepalive(REST) is None
+    assert DRIVER.keepalive(typed(["w"])) == WalkCommand(op="walk", velocity=(0.003, 0.0, 0.0), hold=HOLD)
 
 
 def test_whoever_takes_over_begins_at_rest() -> None:

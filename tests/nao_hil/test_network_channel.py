@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from nao_hil.network_emulation.site import QUEUE, Channel
+from nao_hil.network_emulation.site import QUEUE_SIZE, Channel
 from nao_hil.network_emulation.site import NetworkConditions as Conditions
 
 N = 20_000
@@ -49,4 +49,4 @@ def test_a_narrow_line_carries_its_rate_and_drops_what_does_not_fit_its_queue() 
     came = [at for _, at in arrivals(Conditions(rate=1e6)) if at is not None]
     gaps = np.diff(came)
     assert gaps == pytest.approx(np.full(len(gaps), 0.004), rel=1e-6)
-    assert len(came) == pytest.approx(N / 4 + QUEUE, abs=3)
+    assert len(came) == pytest.approx(N / 4 + QUEUE_SIZE, abs=3)

@@ -26,7 +26,7 @@ from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.in_process import walk_in_process
 from nao_hil.runs.motion import play
 from nao_hil.runs.summary import RunStatistics
-from nao_hil.runs.walk_figures import SETTLING, FallWatch, HeadingMotion
+from nao_hil.runs.walk_figures import SETTLING_TIME, FallWatch, HeadingMotion
 from tests.frames import walk_telemetry
 from walker.controller import Controller, WalkOrder
 from walker.gaits import gait_parameters, make_gait
@@ -136,7 +136,7 @@ def test_the_beginning_and_what_follows_the_end_do_not_count():
     for k in range(800):
         t = 0.01 * k
         motion.add(truth(t, x, 0.0, 0.0))
-        x += 0.01 * (0.3 if 1.0 + SETTLING <= t < 5.0 else 9.0)
+        x += 0.01 * (0.3 if 1.0 + SETTLING_TIME <= t < 5.0 else 9.0)
         if k == 499:
             motion.end()
     assert motion.velocity[0] == pytest.approx(0.3, abs=1e-6)

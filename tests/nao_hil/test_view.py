@@ -37,7 +37,7 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
 from nao_hil.view.access import Access
 from nao_hil.view.follow import FAULTS, LiveRun
-from nao_hil.view.orders import RESTART, SPEED, Driving, Hand, Orders, SlowMotion
+from nao_hil.view.orders import JOINT_RATE, RESTART, Driving, Hand, Orders, SlowMotion
 from nao_hil.view.page import page
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
@@ -293,7 +293,7 @@ def test_the_pad_walks_and_its_driver_is_missed_when_nobody_looks(
     order("steer", velocity=[0.2, -0.05, 0.4])
     assert commands.sent[-1].velocity == pytest.approx((0.2, -0.05, 0.4)) and commands.sent[-1].hold == HOLD
     lookers.clear()
-    driving.sign()
+    driving.keep_alive()
     assert driving._session is None  # no sign of life from here on: the robot stops by itself
 
 
@@ -357,7 +357,7 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
     asked = np.array(robot.asked)
     knee = asked[:, INDEX["LKneePitch"]]
     assert knee[0] == pytest.approx(0.1) and knee[-1] == pytest.approx(0.5)
-    assert np.diff(knee).max() == pytest.approx(SPEED * BODY.cycle)
+    assert np.diff(knee).max() == pytest.approx(JOINT_RATE * BODY.cycle)
     assert np.ptp(np.delete(asked, INDEX["LKneePitch"], axis=1)) == 0.0
     until(lambda: not hand.holds, "the robot to be free")
 

@@ -9,7 +9,7 @@ import pytest
 
 from bridge.messages import SensorFrame
 from tests.frames import standing_frame
-from walker.estimator import TIME_CONSTANT, DelayEstimator
+from walker.estimator import DELAY_TIME_CONSTANT, DelayEstimator
 from walker.gaits.catalogue import gait_kind
 
 CYCLE = 0.01
@@ -41,7 +41,7 @@ def test_answers_that_are_late_by_some_cycles_are_seen_as_that(cycles: int) -> N
 
 def test_the_mean_forgets_with_its_time_constant() -> None:
     # From no delay to 30 ms: after one time constant 1 - 1/e of it.
-    n = round(TIME_CONSTANT / CYCLE)
+    n = round(DELAY_TIME_CONSTANT / CYCLE)
     estimator = watched(lambda seq: seq - 1 if seq < 100 else seq - 4, last=100 + n)
     assert estimator.mean == pytest.approx(0.03 * (1.0 - math.exp(-1.0)), rel=0.02)
 

@@ -388,7 +388,7 @@ def test_a_walker_that_stands_by_takes_the_robot_and_gives_it_back() -> None:
             controller.tick(frame(seq))
             service.after(controller, seq)
             time.sleep(0.002)
-        service.note_left()
+        service.note_released()
 
     thread = threading.Thread(target=process)
     thread.start()

@@ -23,7 +23,7 @@ from bridge.types import NotNegative, Positive, Vec2, Vec3
 
 
 class AttitudeParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How fast the fused torso angle follows the mean of the accelerometer."""
+    """Gains with which the fused torso angle follows the mean of the accelerometer."""
 
     proportional: Positive = 0.3
     """1/s: the mean is over 3 s, three strides of the dynamic gait."""
@@ -75,10 +75,10 @@ class Attitude:
 
 
 class LeanParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the gyroscope is integrated."""
+    """Parameters of the gyroscope's integration."""
 
     time_constant: Positive = 1.0
-    """With which the integral follows the fused angle, s: a bias b of the gyroscope leaves b times this."""
+    """Time constant of the integral towards the fused angle, s: a gyroscope's bias b leaves b times this."""
     mean_time_constant: Positive = 2.0
     """Of the mean that is taken for the ground's, s."""
     latency: NotNegative = 0.04

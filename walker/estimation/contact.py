@@ -1,9 +1,9 @@
 """Which feet touch the ground, where the zero moment point is, and which leg bears the weight.
 
-The force sensors tell contacts and zero moment point. Plan and contacts together tell the support: the phases
-of the plan keep the thesis' times, and the ground may be met before or after them.
+The force sensors give contacts and zero moment point. Plan and contacts together give the support: the phases
+of the plan keep the thesis' times, and touch-down may be early or late.
 
-- *Early*: the swing foot touches before its single support ends. The phase goes on and the foot stays a swing
+- *Early*: the swing foot touches before its single support ends. The phase continues, the foot stays a swing
   foot; the leg admittance gives way to the ground as fast as the plan presses against it, so the foot descends
   no further, and it ends as high above the plan as the obstacle is.
 - *Late*: the single support ends and the foot touches nothing. The foot stays a swing foot and is lowered
@@ -27,11 +27,11 @@ from walker.gaits.plan import OTHER_SIDE, Plan, Support
 
 
 class ContactParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When a foot counts as touching the ground, by the sum of its four force sensors."""
+    """Thresholds of a foot's contact, on the sum of its four force sensors."""
 
     on: Positive = 3.0
-    """Sum above which a foot that was in the air touches, N: 6 % of the weight, over the sensors' noise and
-    below the 5 N that the leg admittance lets come up."""
+    """Sum above which a foot in the air counts as touching, N: 6 % of the weight, over the sensors' noise and
+    below the 5 N that the leg admittance lets build up."""
     off: Positive = 1.5
     """Sum below which a foot that touched is in the air, N."""
 
@@ -93,10 +93,10 @@ class FootForces:
         self._min_force = min_force
 
     def zmp(self, fsr: Sequence[float], feet: Mapping[Side, Transform]) -> Array | None:
-        """Zero moment point of the feet that stand, shape (3,), m; None without load.
+        """Zero moment point of the supporting feet, shape (3,), m; None without load.
 
-        The mean of the sensors' places, weighted with the vertical parts of their forces: exact where the soles
-        lie in one horizontal plane, the usual approximation where they do not.
+        The mean of the sensors' places, weighted with the vertical parts of their forces: exact for soles in
+        one horizontal plane, otherwise the usual approximation.
 
         Args:
             fsr: A sensor frame's eight forces: left FL, FR, RL, RR, then right, N.
@@ -118,25 +118,25 @@ Role = Literal["swing", "stance"]
 
 
 class TouchDownParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What happens when the plan puts a foot down and there is no ground."""
+    """Behaviour when the plan puts a foot down where there is no ground."""
 
     max_wait: NotNegative = 0.0
     """Time for which the plan waits for the ground, s."""
     search_depth: NotNegative = 0.010
-    """How far the foot is lowered beyond `leg.target_depth` in search of the ground, m."""
+    """Depth to which the foot is lowered beyond `leg.target_depth` in search of the ground, m."""
     search_rate: Positive = 0.04
     """Speed of that, m/s."""
 
 
 class SupportState(NamedTuple):
-    """Which leg bears the weight in this cycle, and how far the other one's swing has come."""
+    """Leg that bears the weight in this cycle, and progress of the other one's swing."""
 
     support: Support
     """The leg that bears the weight."""
     progress: float = 1.0
     """Fraction of the swing that has passed, 0..1; 1 for a foot that should have landed."""
     search_depth: float = 0.0
-    """How far the swing foot is to be lowered in search of late ground, m."""
+    """Depth to which the swing foot is lowered in search of late ground, m."""
     wait: bool = False
     """The plan is to wait for the swing foot."""
 

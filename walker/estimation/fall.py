@@ -1,7 +1,7 @@
 """Falls: detected by the torso's angle, and predicted by the capture point over the soles.
 
 The capture point is the centre of mass plus its velocity over the frequency of the pendulum; a robot that steps
-there comes to rest. Encoders and gyroscope give the velocity over a sole that stands flat. The accelerometer
+there comes to rest. Encoders and gyroscope give the velocity over a flat stance sole. The accelerometer
 shows a push before the body turns, so for a short time its integral counts. A push that is stronger than the
 walk survives shows by the accelerometer alone, while it lasts.
 """
@@ -74,7 +74,7 @@ class MassOverSoles:
 
 
 class FallParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When the robot counts as falling, and what then."""
+    """Fall detection, and the protective pose."""
 
     angle: Annotated[float, msgspec.Meta(gt=0.0, le=math.pi / 2)] = math.radians(30.0)
     """Fused torso roll or pitch, rad. With the mass 0.23 m above a sole that ends 0.10 m ahead and 0.05 m
@@ -84,7 +84,7 @@ class FallParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     no_support: Positive = 0.5
     """Time in the walk for which no foot touches, s: lifted, or lying on its back with the legs in the air."""
     brace_time: NotNegative = 0.4
-    """s in which a robot that protects itself goes into its pose, with `brace_stiffness`."""
+    """s that a robot takes to move into its protective pose, with `brace_stiffness`."""
     brace_stiffness: Fraction = 0.4
     stiffness: Fraction = 0.1
     """Stiffness while falling and lying: the gears give way, the limbs do not flap."""
@@ -110,8 +110,8 @@ class FallDetector:
             angle: fused torso roll and pitch, rad.
             contacts: of the feet.
             dt: time since the last frame, s.
-            walking: whether the feet are meant to bear the robot; a robot that hangs in a stand is not falling.
-            capturing: whether it makes a capture step, or made one and does not stand yet.
+            walking: whether the feet are meant to bear the robot; a suspended robot is not falling.
+            capturing: whether it makes a capture step, or has not settled after one.
 
         Returns:
             Why it falls; empty: it does not.
@@ -127,23 +127,23 @@ class FallDetector:
         return ""
 
 
-FREQUENCY: Final = math.sqrt(GRAVITY / 0.25)
+PENDULUM_FREQUENCY: Final = math.sqrt(GRAVITY / 0.25)
 """rad/s; of a pendulum as high as a NAO's mass over its soles."""
 
 
 class FallPredictorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far the capture point may be beyond the middle of the nearest sole, and how hard a push."""
+    """Bounds of the capture point beyond the middle of the nearest sole, and of a push."""
 
     ahead: Positive = 0.065
     """m; undisturbed walks of `omni` reach 0.03."""
     behind: Positive = 0.08
     """m; 0.05 in undisturbed walks."""
     capture_ahead: Positive = 0.10
-    """m, in a stand and in a capture step of a gait that makes such steps."""
+    """m, at rest and in a capture step of a gait that makes such steps."""
     capture_behind: Positive = 0.14
     """m, likewise."""
     outside_stance: Positive = 0.065
-    """m, to the outside of a foot that stands; 0.05."""
+    """m, to the outside of the stance foot; 0.05."""
     outside_swing: Positive = 0.045
     """m, to the outside of a foot that swings; 0.04."""
     acceleration_time: Positive = 0.2
@@ -161,7 +161,7 @@ class FallPredictor:
     """Follows the capture point over both soles, once per received frame.
 
     Args:
-        parameters: the bounds. What the robot would have caught beyond them is a fall then.
+        parameters: the bounds. A deviation beyond them counts as a fall, even a recoverable one.
         base: kinematics of the body.
     """
 
@@ -182,8 +182,8 @@ class FallPredictor:
             dt: time since the last frame, s.
 
         Returns:
-            Why it will fall: the capture point is beyond the bounds, or a walk was pushed too hard. Empty: it
-            will not. A push in a stand is left to the capture step.
+            Why it will fall: the capture point is beyond the bounds, or a walk was pushed too hard; empty: it
+            will not. A push at rest is left to the capture step.
         """
         p = self._p
         self._push = self._push + dt * (rotation(*lean, 0.0) @ frame.accelerometer)[:2]
@@ -200,7 +200,7 @@ class FallPredictor:
             velocity = self._velocity.get(side, rate) + dt * (turn @ frame.accelerometer)[:2]
             velocity += share * (rate - velocity)
             self._velocity[side] = velocity
-            ahead, left = com + velocity / FREQUENCY
+            ahead, left = com + velocity / PENDULUM_FREQUENCY
             x.append(ahead)
             bound = p.outside_stance if plan.support in (side, "both") else p.outside_swing
             outside = outside or SIGN[side] * left > bound

@@ -1,9 +1,9 @@
-"""The tilt of the ground under the feet that stand; not in the thesis.
+"""The tilt of the ground under the stance feet; not in the thesis.
 
-A sole that bears weight lies on the ground, so its tilt is the ground's. The torso's measured angle and the
-leg's encoders, which see the deflection of the drives as well, give it; the corrections of the last cycle tell
-the ground's tilt from the feet's own turns. The plan is laid onto the slope and the torso stays upright over
-it. Torso control and admittances correct the error of the slow mean.
+A loaded sole is flat on the ground, so its tilt is the ground's. It follows from the torso's measured angle
+and the leg's encoders, which include the deflection of the drives; the corrections of the last cycle separate
+it from the feet's own turns. The plan is aligned to the slope and the torso stays upright over it. Torso
+control and admittances correct the error of the slow mean.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ class Corrections(NamedTuple):
     torso: Vec2 = (0.0, 0.0)
     """AnklePitch (torso control, its damping included), rad."""
     common: Vec2 = (0.0, 0.0)
-    """Turn that both ankles had in common; it counts as the ground's from now on, roll and pitch, rad."""
+    """Common turn of both ankles that now counts as the ground's, roll and pitch, rad."""
     ground_alignment_active: bool = False
-    """The plan is more than half a degree off the ground as it was found, and is being turned onto it."""
+    """The plan is more than half a degree off the estimated ground, and turns onto it."""
 
     @property
     def soles(self) -> tuple[Vec2, Vec2]:
-        """Roll and pitch by which the left and the right sole were turned against the plan, rad."""
+        """Roll and pitch of the left and the right sole relative to the plan, rad."""
         return (self.ankle_roll[0], self.ankle_pitch[0]), (self.ankle_roll[1], self.ankle_pitch[1])
 
 
 class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the ground's tilt is found."""
+    """Parameters of the estimate of the ground's tilt."""
 
     time_constant: Positive = 0.7
     """Of the mean over the standing soles before the first step, s."""
@@ -58,7 +58,7 @@ class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     max_tilt: Positive = math.radians(10.0)
     """Steepest ground that is believed, rad."""
     common_rate: NotNegative = 0.05
-    """Speed at which what both ankles hold in common becomes the ground's, rad/s."""
+    """Speed at which the common turn of both ankles becomes the ground's, rad/s."""
     max_rate: Positive = 0.15
     """Fastest turn of the plan onto the ground, rad/s."""
     tipping_time: Positive = 0.6
@@ -97,12 +97,12 @@ class GroundTilt:
         Args:
             frame: newest sensor frame.
             angle: torso roll and pitch, rad.
-            corrections: of the last cycle. The turn of one sole lies under that foot alone and is not the
-                ground's; the turn that both ankles had in common becomes the ground's.
+            corrections: of the last cycle. The turn of one sole belongs to that foot alone, not to the
+                ground; the common turn of both ankles becomes the ground's.
             dt: time since the last one, s.
             walking: the first step has begun.
-            capturing: the robot makes a capture step, or rests after it on soles that do not lie flat: the tilt
-                from before it began to tip holds.
+            capturing: the robot makes a capture step, or rests after it on soles that are not flat: the last
+                tilt before it began to tip holds.
 
         Returns:
             Roll and pitch: the ground's frame is R_pitch(pitch) R_roll(roll) in one with z up, rad. Uphill is a

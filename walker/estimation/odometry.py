@@ -1,6 +1,6 @@
-"""Odometry: pose of the robot in the world by forward kinematics, the fused angle and the foot that stands.
+"""Odometry: pose of the robot in the world by forward kinematics, the fused angle and the stance foot.
 
-No sensor of a NAO measures position. The foot with the larger load is taken to stand still, and the motion of
+No sensor of a NAO measures position. The foot with the larger load is taken as fixed, and the motion of
 the other links follows from it. Slip and bent joints are not seen. A gyroscope with a vertical axis sees a foot
 that spins; without one the foot is taken to keep its heading, too. The gyroscope's bias is found on both feet,
 where no joint but HipYawPitch turns the torso about the vertical; so also while the robot moves into its first
@@ -22,16 +22,16 @@ from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
 from walker.gaits.plan import Foothold
 
-_STILL: Final = 0.1
+_MAX_REST_RATE: Final = 0.1
 """Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias (three deviations
 of the largest that the ensemble has), and its noise."""
-_MOVED: Final = 0.004
+_MAX_REST_TURN: Final = 0.004
 """Largest motion of HipYawPitch then, rad: three counts of its encoder."""
-_SHARE: Final = 0.2
+_MIN_LOAD_RATIO: Final = 0.2
 """Least load of the one foot over that of the other, of a robot on both."""
-_REST: Final = 0.2
+_MIN_REST_TIME: Final = 0.2
 """s of rest before the bias is believed."""
-_MEAN: Final = 5.0
+_MEAN_TIME: Final = 5.0
 """s over which the bias is averaged, at most."""
 _HIP_YAW: Final = INDEX["LHipYawPitch"]
 
@@ -45,7 +45,7 @@ class GyroscopeHeading:
 
     def __init__(self, body: Body) -> None:
         assert body.inertial_unit.gyroscope_axes == 3
-        self._bias = self._heading = self._rested = self._averaged = self._hip_yaw = 0.0
+        self._bias = self._heading = self._rest_time = self._mean_time = self._hip_yaw = 0.0
         self._last: SensorFrame | None = None
 
     @staticmethod
@@ -66,27 +66,28 @@ class GyroscopeHeading:
         roll, pitch = frame.angle
         _, q, r = frame.gyroscope
         rate = (math.sin(roll) * q + math.cos(roll) * r) / math.cos(pitch)
-        self._rest(frame, rate, dt)
+        self._update_bias(frame, rate, dt)
         self._heading += (rate - self._bias) * dt
         return self._heading
 
-    def _rest(self, frame: SensorFrame, rate: float, dt: float) -> None:
+    def _update_bias(self, frame: SensorFrame, rate: float, dt: float) -> None:
         hip_yaw, loads = frame.position[_HIP_YAW], (sum(frame.fsr[:4]), sum(frame.fsr[4:]))
-        if abs(hip_yaw - self._hip_yaw) > _MOVED or abs(rate) > _STILL or min(loads) < _SHARE * max(loads):
-            self._rested, self._hip_yaw = 0.0, hip_yaw
+        turns = abs(hip_yaw - self._hip_yaw) > _MAX_REST_TURN or abs(rate) > _MAX_REST_RATE
+        if turns or min(loads) < _MIN_LOAD_RATIO * max(loads):
+            self._rest_time, self._hip_yaw = 0.0, hip_yaw
             return
-        self._rested += dt
-        if self._rested > _REST:
-            self._averaged = min(self._averaged + dt, _MEAN)
-            self._bias += dt / self._averaged * (rate - self._bias)
+        self._rest_time += dt
+        if self._rest_time > _MIN_REST_TIME:
+            self._mean_time = min(self._mean_time + dt, _MEAN_TIME)
+            self._bias += dt / self._mean_time * (rate - self._bias)
 
 
-SWITCH: Final = 0.6
-"""Fraction of the weight at which a foot becomes the one that stands; over a half against chatter."""
+STANCE_LOAD: Final = 0.6
+"""Fraction of the weight at which a foot becomes the stance foot; over a half against chatter."""
 
 
 class GroundPlane(NamedTuple):
-    """A tilted plane through a point under which the world's origin lies."""
+    """A tilted plane through a point below the world's origin."""
 
     roll: float = 0.0
     """rad; the orientation is Ry(pitch) Rx(roll)."""
@@ -120,7 +121,7 @@ class Odometry:
     Args:
         robot: Kinematics of the body.
         start: Where the middle of the soles is at the first frame.
-        gyroscope: Tells the torso's heading; None: the standing foot does.
+        gyroscope: Gives the torso's heading; None: the stance foot does.
     """
 
     def __init__(
@@ -132,8 +133,8 @@ class Odometry:
         self._robot, self._gyroscope = robot, gyroscope
         self._start: Foothold | None = start
         self.stance: Side = "L"
-        """The foot that is taken to stand."""
-        self._at = Foothold()
+        """Foot that is taken as fixed."""
+        self._stance_pose = Foothold()
         self._initial_heading = 0.0
         """The torso's heading at the first frame, rad."""
 
@@ -147,30 +148,31 @@ class Odometry:
         in_torso = self._robot.in_torso(frame.position)
         tilt = homogeneous(rotation(*frame.angle, 0.0), (0.0, 0.0, 0.0))
         foot = self._robot.foot(in_torso, self.stance)
-        sole = self._of_sole(tilt @ foot)
+        sole = self._sole_pose(tilt @ foot)
         if self._start is not None:
-            torso = _carried(middle_of_soles(self._robot, self._robot.place(in_torso, tilt)), self._start)
+            torso = _transform(middle_of_soles(self._robot, self._robot.place(in_torso, tilt)), self._start)
             self._start = None
-            self._at = self._of_sole(torso @ tilt @ foot)
-            self._initial_heading = self._at.yaw - sole.yaw
+            self._stance_pose = self._sole_pose(torso @ tilt @ foot)
+            self._initial_heading = self._stance_pose.yaw - sole.yaw
         if self._gyroscope is not None:
-            self._at = self._at._replace(yaw=sole.yaw + self._initial_heading + self._gyroscope.update(frame))
-        # The standing sole keeps its place, and its heading unless the gyroscope says otherwise.
-        torso = _carried(sole, self._at) @ tilt
-        torso[2, 3] += self._over_ground(torso @ foot, ground)
+            yaw = sole.yaw + self._initial_heading + self._gyroscope.update(frame)
+            self._stance_pose = self._stance_pose._replace(yaw=yaw)
+        # The stance sole keeps its place, and its heading where there is no gyroscope.
+        torso = _transform(sole, self._stance_pose) @ tilt
+        torso[2, 3] += self._height_correction(torso @ foot, ground)
         pose = self._robot.place(in_torso, torso)
         left, right = sum(frame.fsr[:4]), sum(frame.fsr[4:])
         heavier: Side = "L" if left > right else "R"
-        if heavier != self.stance and max(left, right) > SWITCH * (left + right):
+        if heavier != self.stance and max(left, right) > STANCE_LOAD * (left + right):
             self.stance = heavier
-            self._at = self._of_sole(pose.feet[self.stance])
+            self._stance_pose = self._sole_pose(pose.feet[self.stance])
         return pose
 
-    def _of_sole(self, foot: Transform) -> Foothold:
+    def _sole_pose(self, foot: Transform) -> Foothold:
         x, y = (foot @ self._robot.centres[self.stance])[:2]
         return Foothold(float(x), float(y), heading(foot))
 
-    def _over_ground(self, foot: Transform, ground: GroundPlane) -> float:
+    def _height_correction(self, foot: Transform, ground: GroundPlane) -> float:
         """Way up that puts the lowest corner of the standing sole on the ground, m."""
         corners, n = self._robot.sole_in_world(self.stance, foot), ground.normal
         return ground.height - float(np.min(corners @ n)) / float(n[2])
@@ -194,7 +196,7 @@ def on_ground(at: Foothold) -> Transform:
     return homogeneous(R_yaw(at.yaw), (at.x, at.y, 0.0))
 
 
-def _carried(here: Foothold, there: Foothold) -> Transform:
-    """Transform on the ground that carries one foothold to another."""
+def _transform(here: Foothold, there: Foothold) -> Transform:
+    """Transform on the ground from one foothold to another."""
     x, y = Foothold(yaw=there.yaw - here.yaw).point(here.x, here.y)
     return on_ground(Foothold(there.x - x, there.y - y, there.yaw - here.yaw))

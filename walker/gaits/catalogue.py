@@ -27,7 +27,7 @@ from walker.gaits.plan import Plan
 from walker.gaits.pose import PoseMaker
 
 GAITS: Final = ("static", "dynamic", "huang", "omni")
-"""Names of the gaits: each is a folder beside this file, whose package has the gait's `KIND`."""
+"""Names of the gaits: each is a folder of this package, with the gait's `KIND`."""
 _OF_THESIS: Final = ("static", "dynamic")
 """Gaits whose folders are in `thesis`."""
 
@@ -39,7 +39,7 @@ def _folder(name: str) -> tuple[str, ...]:
 
 @functools.lru_cache
 def gait_kind(name: str) -> GaitKind:
-    """What the folder of a gait tells.
+    """The `KIND` in the folder of a gait.
 
     Raises:
         ConfigurationError: unknown gait.
@@ -94,15 +94,15 @@ def make_gait(name: str, parameters: GaitParameters, body: Body) -> Gait[Any]:
     return gait_kind(name).make(parameters, body)
 
 
-_STEPS = 4
+_CHECKED_STEPS = 4
 """Start, two regular steps and the closing one hold every pose of a gait."""
 _DT = 0.02
-"""Time between two poses that are looked at, s."""
+"""Time between two checked poses, s."""
 _DT_QUASI_STATIC = 0.1
 """Of a gait that takes seconds for a step."""
-_PRECISION = 0.1
+_SEARCH_PRECISION = 0.1
 """Of the fastest walk that a search finds, as a part of it."""
-_SLOWEST = 0.005
+_LEAST_SHARE = 0.005
 """Part of a refused velocity below which the search gives up."""
 
 
@@ -143,7 +143,7 @@ def _walkable_part(name: str, parameters: GaitParameters, body: Body, rest: Call
     """The largest part of a refused velocity that the body can walk; 0: none of it."""
     refused = parameters.periodic_step.velocity
     low, high = 0.0, 1.0
-    while high - low > _PRECISION * high and high > _SLOWEST:
+    while high - low > _SEARCH_PRECISION * high and high > _LEAST_SHARE:
         middle = 0.5 * (low + high)
         try:
             _checked_gait(name, parameters.with_velocity((middle * refused, 0.0, 0.0)), body, rest)
@@ -169,7 +169,7 @@ def check_walkable(body: Body, gait: Gait[Any], rest: Callable[[], None] = lambd
     plan = standing_plan(gait)
     try:
         pose = PoseMaker(body, plan, by_pose=gait.quasi_static)
-        for plan, _ in dry_walk(gait, _DT_QUASI_STATIC if gait.quasi_static else _DT, _STEPS):
+        for plan, _ in dry_walk(gait, _DT_QUASI_STATIC if gait.quasi_static else _DT, _CHECKED_STEPS):
             _check_limits(body, pose.unlimited_angles(plan), plan, _where(gait, plan))
             rest()
     except UnreachableError as error:

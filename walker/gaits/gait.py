@@ -73,13 +73,13 @@ class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     def with_velocity(self: P, velocity: Vec3) -> P:
         """The parameters with steps of the length that makes a mean velocity; the phases keep their times.
 
-        Whether the body can walk them is for the gait and `walker.gaits.catalogue` to say.
+        Whether the body can walk them, the gait and `walker.gaits.catalogue` check.
 
         Args:
             velocity: forward and to the left, m/s, and turn, rad/s.
 
         Raises:
-            ConfigurationError: the length of the steps is fixed, or the gait does not go that way.
+            ConfigurationError: the length of the steps is fixed, or the gait does not walk that way.
         """
         x, y, turn = velocity
         if x <= 0.0 or y != 0.0 or turn != 0.0:
@@ -94,11 +94,11 @@ class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 def clipped_in_words(wanted: Vec3, walked: Vec3) -> str:
-    """What a velocity lost to the limits of a gait, in words; empty: nothing.
+    """Sentence on the velocity cut off by the limits of a gait; empty: none.
 
     Args:
         wanted: Forward and to the left, m/s, and turn, rad/s.
-        walked: What is walked of it.
+        walked: The part that is walked.
     """
     if math.dist(wanted, walked) < 1e-9:
         return ""
@@ -111,14 +111,14 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class GaitCommand:
-    """What a gait is asked for in one cycle."""
+    """Request to a gait in one cycle."""
 
     walk: bool
     """Whether another step is wanted after the one under way; without it the gait brings the feet together and
-    comes to a stand (phase `stand`)."""
+    stops (phase `stand`)."""
     velocity: Vec3 | None = None
     """Mean velocity from the next step on: forward and to the left, m/s, and turn, rad/s. Of gaits that are
-    `adjustable`, within what the gait and the body can walk. None: as the gait's parameters have it."""
+    `adjustable`, within the limits of gait and body. None: as the gait's parameters have it."""
     last_step: int = 0
     """Number of the step that ends the walk, for gaits that slow down over several steps; 0: no bound."""
     feedback: Feedback = NO_FEEDBACK
@@ -165,7 +165,7 @@ class Gait(Protocol[S]):
 
 @dataclass(frozen=True)
 class GaitKind:
-    """What the folder of a gait tells the catalogue, beside its `gait.toml` and `control.toml`."""
+    """Entry of a gait in the catalogue, besides its `gait.toml` and `control.toml`."""
 
     parameters: type[GaitParameters]
     """Type of its parameters, those of `gait.toml`."""

@@ -1,4 +1,4 @@
-"""How far to walk: the order, the gait under way that carries it out, and the steering to a place."""
+"""The order of a walk, the gait under way that carries it out, and the steering to a place."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from walker.gaits.plan import NO_FEEDBACK, Feedback, Foothold, Plan
 
 
 class WalkOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """How far to walk: by steps, by time, to a place, or without end."""
+    """Bounds of a walk: by steps, by time, to a place, or none."""
 
     steps: int = 0
     """Steps to walk, the closing step included; 0: no bound. At least 2 when bounded."""
     duration: float = math.inf
     """s of walking after which the robot closes its feet and stands."""
     target: Vec3 | None = None
-    """Where to walk, from the middle between the feet at the beginning: forward and to the left, m, and turn,
-    rad. For gaits that have `limits`; by the odometry."""
+    """Place to walk to, from the middle between the feet at the beginning: forward and to the left, m, and
+    turn, rad. For gaits that have `limits`; by the odometry."""
     share: float = 1.0
-    """Of the gait's limits that is made use of on the way to the target."""
+    """Share of the gait's limits that is used on the way to the target."""
     settle: float = 1.0
     """s to stand before the order counts as done."""
 
@@ -56,19 +56,18 @@ def target_order(order: WalkOrder, target: Vec3, parameters: GaitParameters) -> 
     return msgspec.structs.replace(order, target=target, share=parameters.limits.share(parameters.velocity))
 
 
-NEAR: Final = 0.008
+ARRIVAL_DISTANCE: Final = 0.008
 """m from the place at which the walk is over."""
-TURNED: Final = 0.03
+ARRIVAL_ANGLE: Final = 0.03
 """rad from the heading, likewise."""
-_CLOSE: Final = 4.0
+_CLOSE_ERROR: Final = 4.0
 """Error, as `_error` counts it, below which a walk is over if another step leads no closer."""
-_CLOSER: Final = 0.2
-"""What such a step takes off the error at least."""
-_BRAKING: Final = 0.7
+_LEAST_IMPROVEMENT: Final = 0.2
+"""Least reduction of the error by such a step."""
+_BRAKING_SHARE: Final = 0.7
 """Part of the gait's acceleration that is planned on: a velocity changes at the next step only."""
-_LAST: Final[Vec3] = (0.25, 0.5, 0.5)
-"""s in which the rest of the way is planned to be walked when it is short: a step; sideways and turning, where
-the foot on the outer side follows, two."""
+_SHORTEST_DURATIONS: Final[Vec3] = (0.25, 0.5, 0.5)
+"""s planned for a short rest of the way: a step; sideways and turning, where the outer foot follows, two."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +81,10 @@ class Steering:
     goal: Foothold
     """Middle between the feet at the end, in the frame of the odometry."""
     share: float = 1.0
-    """Of the limits that is made use of."""
+    """Share of the limits that is used."""
 
-    def to_go(self, here: Foothold) -> Vec3:
-        """Way and turn that remain, in the frame of `here`, m, m, rad."""
+    def remaining(self, here: Foothold) -> Vec3:
+        """Remaining way and turn, in the frame of `here`, m, m, rad."""
         x, y = here.local(self.goal.x, self.goal.y)
         return x, y, math.remainder(self.goal.yaw - here.yaw, math.tau)
 
@@ -95,13 +94,13 @@ class Steering:
         Feedback can move the footholds of a slow walk by more than its velocity corrects.
 
         Args:
-            now: where the feet would come to rest after this step, in the frame of the odometry.
+            now: pose between the feet if they close after this step, in the frame of the odometry.
             later: the same after one more step on the spot.
         """
-        step = _LAST[0]
-        rest = (way - step * v for way, v in zip(self.to_go(later), self.velocity(later), strict=True))
-        error = _error(self.to_go(now))
-        return error < 1.0 or (error < _CLOSE and error < _error(tuple(rest)) + _CLOSER)
+        step = _SHORTEST_DURATIONS[0]
+        rest = (way - step * v for way, v in zip(self.remaining(later), self.velocity(later), strict=True))
+        error = _error(self.remaining(now))
+        return error < 1.0 or (error < _CLOSE_ERROR and error < _error(tuple(rest)) + _LEAST_IMPROVEMENT)
 
     def velocity(self, here: Foothold) -> Vec3:
         """Of the next step, m/s, m/s, rad/s.
@@ -109,23 +108,23 @@ class Steering:
         Args:
             here: middle between the feet, in the frame of the odometry.
         """
-        way = self.to_go(here)
+        way = self.remaining(here)
         time = self.limits.share(way) / self.share
         for rest, acceleration in zip(way, self.limits.max_acceleration, strict=True):
             # v^2 = 2 a s, and v = s / time
-            time = max(time, math.sqrt(abs(rest) / (2.0 * _BRAKING * acceleration)))
-        x, y, turn = (rest / max(time, last) for rest, last in zip(way, _LAST, strict=True))
+            time = max(time, math.sqrt(abs(rest) / (2.0 * _BRAKING_SHARE * acceleration)))
+        x, y, turn = (rest / max(time, last) for rest, last in zip(way, _SHORTEST_DURATIONS, strict=True))
         return x, y, turn
 
 
 def _error(way: tuple[float, ...]) -> float:
     """Of a way and turn that remain, m, m, rad; 1 where the walk is over."""
     x, y, turn = way
-    return max(math.hypot(x, y) / NEAR, abs(turn) / TURNED)
+    return max(math.hypot(x, y) / ARRIVAL_DISTANCE, abs(turn) / ARRIVAL_ANGLE)
 
 
 class WalkEnd:
-    """Lays what is left of the plan to where the robot is by the odometry.
+    """Transforms the rest of the plan to the robot's pose by the odometry.
 
     Args:
         latency: from a command to the motion that the sensors report, s.
@@ -155,9 +154,9 @@ class WalkPlanner:
 
     Args:
         gait: to walk by.
-        order: how far to walk.
+        order: bounds of the walk.
         origin: middle between the feet at the beginning.
-        steps: number of steps that were completed before.
+        steps: number of steps completed before.
         velocity: as in `GaitCommand`.
     """
 
@@ -185,7 +184,7 @@ class WalkPlanner:
         """
         local = feedback.expressed_in(self._origin)
         if self.order.target is not None:
-            # on the way to a place the steering takes up what the walk misses
+            # on the way to a place the steering compensates the walk's error
             local = local._replace(velocity=NO_FEEDBACK.velocity)
         last = max(self.order.steps - self._steps, 0)
         plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last, local))

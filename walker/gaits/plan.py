@@ -1,6 +1,6 @@
 """The plan of one cycle, and the feedback that changes it: feet, centre of mass and zero moment point.
 
-The walk frame lies on the nominal ground: x forward, y left, z up, origin midway between the ankles where the
+The walk frame is on the nominal ground: x forward, y left, z up, origin midway between the ankles where the
 walker began.
 """
 
@@ -20,7 +20,7 @@ SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
 
 
 class Foothold(NamedTuple):
-    """A pose on the ground, an element of SE(2): where a sole stands, or the origin of a walk."""
+    """A pose on the ground, an element of SE(2): of a sole, or of the origin of a walk."""
 
     x: float = 0.0
     """m"""
@@ -105,9 +105,9 @@ class Pendulum(NamedTuple):
     omega: float
     """Natural frequency, 1/s."""
     target: Foothold
-    """Where the step under way ends."""
+    """Foothold at the end of the step under way."""
     moved: tuple[float, float] = (0.0, 0.0)
-    """Way by which it was put elsewhere since the beginning, with footholds that feedback moved, m."""
+    """Shift by feedback since the beginning, that of its footholds included, m."""
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Commanded, of the step under way, m/s, m/s, rad/s."""
 
@@ -120,7 +120,7 @@ class Pendulum(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What a gait plans for one instant, in the walk frame, SI units."""
+    """Planned motion at one instant, in the walk frame, SI units."""
 
     phase: Phase
     support: Support
@@ -142,7 +142,7 @@ class Plan:
     capture: Side | None = None
     """The foot of a capture step, from the beginning of that step until the robot stands."""
     stop_poses: tuple[Foothold, ...] = ()
-    """Where `middle` comes to rest if the feet close after the step under way, and after one more. Empty but at
+    """`middle` at rest if the feet close after the step under way, and after one more. Empty but at
     the end of a step of a gait that walks to a place."""
 
     def foot(self, side: Side) -> SolePose:
@@ -151,7 +151,7 @@ class Plan:
 
     @property
     def captures_backward(self) -> bool:
-        """Whether the capture step goes, or went, back: behind the other foot, along that one's heading."""
+        """Whether the capture step is, or was, backward: behind the other foot, along that one's heading."""
         if self.capture is None:
             return False
         foot, other = self.foot(self.capture), self.foot(OTHER_SIDE[self.capture])
@@ -168,7 +168,7 @@ class Plan:
 
         Args:
             origin: where the frame of this plan is, in the frame of the result.
-            steps: number of steps that were completed before.
+            steps: number of steps completed before.
         """
         return replace(
             self,
@@ -208,13 +208,13 @@ class Feedback(NamedTuple):
     deviation: Vec2 = (0.0, 0.0)
     """Capture point of the robot less that of the plan when this cycle's command is carried out, m."""
     foothold_bias: float = 0.0
-    """Way by which the feet come down behind their footholds, along the heading of the stance foot, m."""
+    """Shift of the feet behind their footholds at touch-down, along the heading of the stance foot, m."""
     heading: float = 0.0
     """Of the robot less that of the plan, since the walk began, rad."""
     velocity: Vec2 = (0.0, 0.0)
-    """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
+    """Correction of the command for walking at the commanded velocity, forward and to the left, m/s."""
     extend_step: bool = False
-    """The step under way is not to end: the robot stands on the outer edge of its stance foot."""
+    """The step under way must not end: the robot is on the outer edge of its stance foot."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
     landed: LandedFoot | None = None
@@ -228,4 +228,4 @@ class Feedback(NamedTuple):
 
 
 NO_FEEDBACK = Feedback()
-"""As if no sensor were there."""
+"""Feedback without sensors."""

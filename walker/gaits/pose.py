@@ -1,4 +1,4 @@
-"""From a plan in the walk frame to joint angles: place the torso, then solve the legs.
+"""Inverse kinematics of a plan in the walk frame: place the torso, then solve the legs.
 
 The torso stays upright, and its place follows from the planned centre of mass, which the thesis takes as
 fixed in the torso (3.3.1). Taken from the standing pose, it is 15 mm off towards the swing leg in single
@@ -39,12 +39,12 @@ ARMS: Final = {
 
 _REFINEMENTS: Final = 2
 """Rounds, at most, of placing the torso by the centre of mass of the pose, each leaves a third of 15 mm, and
-of turning it, each leaves a hundredth of the 3 degrees where the mass is not placed anew, else a quarter."""
+of turning it, each leaves a hundredth of the 3 degrees where the mass is not placed again, else a quarter."""
 _TURN_TOLERANCE: Final = 1e-4
-"""Turn of both feet that is left as it is, rad: under a tenth of an encoder's step. To solve the legs anew
+"""Remaining turn of both feet that is ignored, rad: under a tenth of an encoder's step. Solving the legs again
 takes a tenth of a tick."""
 _ROLL_RESERVE: Final = math.radians(1.0)
-"""Kept free of the HipRoll's range for what the stabilizers add, rad."""
+"""Kept free of the HipRoll's range for the corrections, rad."""
 
 _LEAST_KNEE: Final = math.radians(12.0)
 """Angle of the knee at which a leg counts as stretched, rad: a straight one has no speed left along itself."""
@@ -97,9 +97,9 @@ class PoseMaker:
         """As `angles`, the joints' ranges left aside, on ground that may be tilted.
 
         Args:
-            plan: the plan, in a frame that lies on the ground.
+            plan: the plan, in a frame on the ground.
             ground: roll and pitch of the ground as `GroundTilt` finds them, rad. The torso stays upright with
-                its centre of mass over the planned point, and comes down where a foot would be out of reach.
+                its centre of mass over the planned point, and sinks where a foot would be out of reach.
                 None: level ground, as planned.
 
         Raises:
@@ -109,7 +109,7 @@ class PoseMaker:
         give = ground is not None
         heading, com = plan.middle.yaw, self._com_in_torso
         left_over = self._place(plan, heading, com, tilt, give=give)
-        # Soles that point the same way need no turn of the torso. On tilted ground they keep what is left over.
+        # Soles of equal heading need no turn of the torso. On tilted ground they keep the remaining turn.
         turned = plan.left.yaw != plan.right.yaw
         for _ in range(_REFINEMENTS):
             if not (self.by_pose or (turned and abs(left_over) > _TURN_TOLERANCE)):
@@ -150,7 +150,7 @@ class PoseMaker:
             reach = self._highest(left.place, x, y + half), self._highest(right.place, x, y - half)
             height = min(height, *reach)
         torso = (x, y, height + self._hip)
-        legs = solve_legs(self._body, _seen_from(left, torso), _seen_from(right, torso))
+        legs = solve_legs(self._body, _expressed_in(left, torso), _expressed_in(right, torso))
         for side, solved in (("L", legs.left), ("R", legs.right)):
             for slot, angle in zip(LEG_SLOTS[side], solved, strict=True):
                 self._angles[slot] = angle
@@ -190,6 +190,6 @@ def _product(a: Matrix3, b: Matrix3) -> Matrix3:
     return first, second, third
 
 
-def _seen_from(foot: FootPose, torso: Vec3) -> FootPose:
+def _expressed_in(foot: FootPose, torso: Vec3) -> FootPose:
     (x, y, z), (t_x, t_y, t_z) = foot.place, torso
     return FootPose((x - t_x, y - t_y, z - t_z), foot.axes)

@@ -1,1 +1,1 @@
-"""The mechanisms of the walk, one page for each behaviour; each says what it reads and gives."""
+"""The mechanisms of the walk, one page for each behaviour, with its inputs and outputs."""

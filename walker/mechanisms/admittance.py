@@ -1,25 +1,25 @@
-"""Admittance of the swing leg and its ankle (thesis 4.1): the foot yields to the ground it meets.
+"""Admittance of the swing leg and its ankle (thesis 4.1): the foot yields to the ground at touch-down.
 
 Reads: plan, roles of the legs, force sensors, delay of the loop.
 Gives: height of both feet over the plan (`LegAdmittances`), turn of each sole (`AnkleAdmittance`).
 
-Admittance of the legs along z (thesis 4.1.1): the swing foot stops where it meets the ground.
+Admittance of the legs along z (thesis 4.1.1): the swing foot stops at the ground.
 
 D e' = F_ext - F_d(e) (4.1) with the spring F_d(e) = k_c tan((e + k_b) / (2 pi k_a)) + k_d (4.4) acts on the
-swing leg only. What becomes of its offset follows from 3.1: during a double support the height difference of
+swing leg only. The end of its offset follows from 3.1: during a double support the height difference of
 the feet l_HD is constant, and the leg that becomes the stance leg then has the length l_GH. So over a double
 support the offset of the foot that landed passes to the other leg, with the opposite sign, and the body rises
 onto the ground that the foot found.
 
 Departures from the thesis: (4.3) is explicit Euler, which overshoots the pole of the tangent; here the step is
-implicit, e_{k+1} = e_k + T_s / D (F_k - F_d(e_{k+1})), whose one solution lies inside the pole for every
+implicit, e_{k+1} = e_k + T_s / D (F_k - F_d(e_{k+1})), whose one solution is inside the pole for every
 force. A force tolerance keeps sensor noise from lifting the foot: the spring is so soft near zero (24 N/m)
 that 0.2 N held for long would lift it 8 mm.
 
-Admittance of the ankle (thesis 4.1.2): the swing foot turns until its sole lies on the ground it meets.
+Admittance of the ankle (thesis 4.1.2): the swing foot turns until its sole is flat on the ground.
 
 M e'' + D e' + K e = tau (4.9) for roll and pitch each, tau from the four force sensors (4.6). It acts on the
-swing leg only; the foot stands with the offset with which it landed, and swings on from it.
+swing leg only; the stance foot keeps the offset with which it landed, and swings on from it.
 
 Departure from the thesis: (4.11) is explicit Euler; its velocity pole 1 - D T_s / M is -0.129 in roll, so
 near the border that the printed damping allows no cycle longer than 17.7 ms. The equation is linear, so here
@@ -42,8 +42,8 @@ from walker.estimation.contact import Role, SupportState
 from walker.functions import brent, clip, smoothstep
 from walker.gaits.plan import OTHER_SIDE, Plan
 
-_INSIDE = 1.0 - 1e-9
-"""Fraction of the way to the pole that e may go; there the spring pulls with 3e8 N."""
+_POLE_FRACTION = 1.0 - 1e-9
+"""Bound of e, as a fraction of the way to the pole; there the spring pulls with 3e8 N."""
 
 
 class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -64,15 +64,15 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     makes e' = -k e / D, delayed by servo and sampling by T = 50 ms, stable for k < pi D / (2 T) = 2.4 kN/m.
     """
     latency: Positive = 0.05
-    """T of servo and sampling, s. In a loop that is late by d besides, D (T + d) / T has the margin of D in one
-    that is not, and is what is used."""
+    """T of servo and sampling, s. In a loop that is late by d besides, the damping D (T + d) / T, which is
+    used, has the margin of D in one that is not."""
     force_tolerance: NotNegative = 0.5
     """Sum of the foot's sensor forces that does not count, N."""
     start: Fraction = 0.5
     """Fraction of the swing from which the force counts (not given in the thesis): before that the foot may
     still be leaving the ground, and the load it takes with it would shorten the leg for the whole step."""
     target_depth: NotNegative = 0.005
-    """How far below the nominal ground the swing foot's target ends, m, to step into depressions too."""
+    """Depth of the swing foot's target below the nominal ground, m, to step into depressions too."""
     max_ankle_z: float = -0.100
     """Leg length limit: the ankle stays below this height in the frame of the hip, m (z_{i,0}^{i,8})."""
     max_rate: Positive = 0.3
@@ -117,7 +117,7 @@ class LegAdmittance:
     def shift(self, by: float) -> None:
         """Raise the foot, m; stays inside the spring's poles. The target is the plan again."""
         p = self._p
-        self.e = clip(self.offset + by, -p.pole * _INSIDE - p.k_b, p.pole * _INSIDE - p.k_b)
+        self.e = clip(self.offset + by, -p.pole * _POLE_FRACTION - p.k_b, p.pole * _POLE_FRACTION - p.k_b)
         self.depth = 0.0
 
     def swing(
@@ -138,11 +138,11 @@ class LegAdmittance:
             progress: fraction of the swing that has passed, 0..1; the target sinks in its second half.
             ankle_z: planned height of this leg's ankle in the frame of its hip, m (negative), for the limit
                 `max_ankle_z`; the limit does not lengthen a leg that is planned too short.
-            search_depth: how much further below the ground the target of a late swing foot is, m.
+            search_depth: further depth of the target of a late swing foot, m.
             delay: of the loop, besides `latency`, s.
 
         Returns:
-            e - depth: what to add to the planned height of the foot, m, up positive. It changes by at most
+            e - depth: offset of the planned height of the foot, m, up positive. It changes by at most
             `max_rate` dt per cycle, except downwards where the leg length limit forces it.
         """
         p = self._p
@@ -166,7 +166,7 @@ class LegAdmittance:
         def residual(e: float) -> float:
             return e - self.e - yielding * (force - p.spring(e))
 
-        lowest, highest = -p.pole * _INSIDE - p.k_b, p.pole * _INSIDE - p.k_b
+        lowest, highest = -p.pole * _POLE_FRACTION - p.k_b, p.pole * _POLE_FRACTION - p.k_b
         if residual(highest) <= 0.0:
             return highest
         if residual(lowest) >= 0.0:
@@ -202,7 +202,7 @@ class LegAdmittances:
             delay: of the loop, besides `latency`, s.
 
         Returns:
-            What to add to the planned heights of both feet, m, up positive.
+            Offsets of the planned heights of both feet, m, up positive.
         """
         if support.support == "both":
             self._exchange(plan.progress, dt)
@@ -220,7 +220,7 @@ class LegAdmittances:
         return self._legs["L"].offset, self._legs["R"].offset
 
     def _exchange(self, progress: float, dt: float) -> None:
-        """Both legs change alike until the coming stance leg is as long as planned at the end of the phase."""
+        """Both legs change alike until the next stance leg is as long as planned at the end of the phase."""
         passed = max(smoothstep(progress), self._passed)
         left = 1.0 - self._passed
         share = (passed - self._passed) / left if left > 0.0 else 1.0
@@ -319,7 +319,7 @@ class AnkleAdmittance:
 
     @property
     def held(self) -> tuple[float, float]:
-        """Roll and pitch with which the foot stands, or last stood, rad."""
+        """Roll and pitch that the stance foot holds, or held last, rad."""
         return self._roll.held, self._pitch.held
 
     def reduce(self, roll: float, pitch: float) -> None:
@@ -379,7 +379,7 @@ class _Axis:
         step = self._max_rate * dt
         angle = self._angle + clip(wanted - self._angle, -step, step)
         self._angle = clip(angle, lower, upper)
-        # At a limit the foot stands still: it must not have to run down a stored velocity to come back.
+        # At a limit the foot rests: no stored velocity delays its return.
         self._velocity = clip(velocity, -self._max_rate, self._max_rate) if self._angle == angle else 0.0
         return self._angle
 
@@ -404,5 +404,5 @@ def zero_order_hold(
 
 
 def _beyond(value: float, band: float) -> float:
-    """Dead zone: how far `value` lies outside -band..band."""
+    """Dead zone: distance of `value` outside -band..band, signed."""
     return value - clip(value, -band, band)

@@ -1,25 +1,25 @@
-"""The capture step: a robot that stands answers a push by a step to where it comes to rest; not in the thesis.
+"""The capture step: a standing robot answers a push by a step to a point of rest; not in the thesis.
 
 1. Trigger (`CaptureEstimator`). Reads joint angles, lean, gyroscope, load of the feet. Gives the measured
    centre of mass and capture point (`Feedback.capture_step`) while toes or heels do not hold the robot; no plan
-   says where they should be. The row "capture step" of `walker.transitions` begins the step.
+   gives them then. The row "capture step" of `walker.transitions` begins the step.
 2. Foothold. The gait puts the swing foot where the measured capture point needs it: `_begin_capture_step`
    (which foot), `_follow` and `_target` (where) in `walker/gaits/omni/gait.py`.
 3. Hips and arms in a step back (`BackwardStep`). Reads plan and capture point. Bends both hips by one angle and
    swings both arms ahead and up. A robot that tips over its heels leans back as a whole. Its HipPitch then
-   comes to its stop (27.7 degrees, data sheet) while the foot that steps is still ahead of where the capture
+   reaches its stop (27.7 degrees, data sheet) while the foot that steps is still ahead of where the capture
    point asks for it. Where both hips bend by one angle, the torso turns ahead by it, and the legs stay as they
-   are: the stop is as much farther away. Both must begin with the step. They go back where the capture point
-   shows within the first cycles that the push is weak, the hips also where it goes to a side.
-4. Landing. The swing foot is level as it lands, the other one comes after it (`walker.mechanisms.swing_foot`).
+   are: the stop is as much farther away. Both must begin with the step. They return if the first cycles show a
+   weak push, the hips also if it is to a side.
+4. Landing. The swing foot is level as it lands, the other one follows (`walker.mechanisms.swing_foot`).
 5. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
    Reads joint angles, lean, gyroscope, contacts. Gives the turn of the landed sole, and the damping of both
    soles. The foot that stayed hangs in the air for up to half a second, since the torso leans towards the
    landed foot. Meanwhile the robot is an inverted pendulum on one sole. An ankle that keeps its angle pushes
    the robot towards the lean that it had at the landing, and often over the foot that hangs. So the ankle turns
    with the lean, which leaves it without a moment, and beyond it by as much as brings the centre of pressure p
-   past the capture point: with xi' = omega (xi - p) and p = k xi, k > 1, the capture point goes back over the
-   ankle. Once both feet stand after a step back, the robot comes ahead over a narrow support. Both soles then
+   past the capture point: with xi' = omega (xi - p) and p = k xi, k > 1, the capture point returns over the
+   ankle. After a step back, on both feet, the robot tips ahead over a narrow support. Both soles then
    turn against the torso's rate.
 """
 
@@ -44,14 +44,14 @@ from walker.functions import clip
 from walker.gaits.plan import OTHER_SIDE, CaptureStep, LandedFoot, Plan
 
 _STANDING_LOAD: Final = 0.3
-"""Part of the weight under both feet from which on the robot stands on the ground (assumed).
+"""Part of the weight under both feet from which on the robot counts as on the ground (assumed).
 
 Less than one cell reads at most, 25 N (range of the data sheet): a robot may be on the corner of one sole.
 """
 
 
 class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the capture point is filtered and predicted."""
+    """Parameters of the capture point's filter and prediction."""
 
     latency: NotNegative = 0.04
     """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
@@ -59,11 +59,11 @@ class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """As in `MassOverSoles`, s."""
     min_time_after_step: NotNegative = 0.1
     """Time after a step of the walk in which no capture step begins, s. The encoders report a foot a latency
-    late: while it still swings ahead, the centre of mass seems to go back between the soles."""
+    late: while it still swings ahead, the centre of mass seems to move back between the soles."""
 
 
 class CaptureEstimator:
-    """Follows the centre of mass over the soles, and says when toes or heels do not hold it.
+    """Follows the centre of mass over the soles, and reports that toes or heels do not hold it.
 
     Args:
         parameters: of filter and prediction.
@@ -77,7 +77,7 @@ class CaptureEstimator:
         x, _ = sole_hull(base.body, "L").T
         self._heel, self._toe = float(x.min()), float(x.max())
         self._weight = GRAVITY * total_mass(base.body)
-        self._lost = False
+        self._unbalanced = False
         self._since_step = math.inf
         """Time since the last step by the plan, s."""
 
@@ -106,7 +106,7 @@ class CaptureEstimator:
         """
         rests = plan.phase in ("stand", "stop")
         self._since_step = self._since_step + dt if plan.support == "both" else 0.0
-        if plan.pendulum is None or not (rests or self._lost):
+        if plan.pendulum is None or not (rests or self._unbalanced):
             self._mass.reset()
             return None
         sides = SIDES if plan.support == "both" else (plan.support,)
@@ -121,8 +121,8 @@ class CaptureEstimator:
         edge = min(max(x, heel), toe)
         if rests:
             landed = plan.capture is not None or self._since_step > self._p.min_time_after_step
-            self._lost = landed and x != edge and load > _STANDING_LOAD * self._weight
-        if not self._lost:
+            self._unbalanced = landed and x != edge and load > _STANDING_LOAD * self._weight
+        if not self._unbalanced:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
         c_x, c_y = (com + self._p.latency * rate).tolist()
@@ -130,7 +130,7 @@ class CaptureEstimator:
 
 
 class BackwardStepParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far, how fast and for which pushes hips and arms help a step back."""
+    """Motion of hips and arms in a step back, and the pushes for which they move."""
 
     hip_angle: NotNegative = 0.35
     """Bend of the torso against the legs, rad."""
@@ -139,11 +139,11 @@ class BackwardStepParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     hip_return_rate: Positive = 2.0
     """Of the way back, rad/s: as the leg that landed rights the torso."""
     hip_behind: NotNegative = 0.081
-    """Capture point behind the stance ankle beyond which the bend goes on, m."""
+    """Capture point behind the stance ankle beyond which the bend continues, m."""
     arm_angle: NotNegative = 3.4
     """Swing of both arms, rad: from hanging beyond straight up."""
     arm_rate: Positive = 8.8
-    """Of that, rad/s: over ShoulderPitch's no-load speed, 7.9 to 8.3 rad/s, so it goes as fast as it can."""
+    """Of that, rad/s: over ShoulderPitch's no-load speed, 7.9 to 8.3 rad/s, so the joint moves at its limit."""
     arm_return_rate: Positive = 1.0
     """Of the way back, rad/s: a fast one throws the robot again."""
     arm_behind: NotNegative = 0.072
@@ -151,7 +151,7 @@ class BackwardStepParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     decision: NotNegative = 0.15
     """Fraction of the step at which the capture point must have been that far behind."""
     max_beside: NotNegative = 0.02
-    """Capture point beside the middle between the feet beyond which the hips stay as they are, m."""
+    """Capture point to a side of the middle between the feet beyond which the hips stay as they are, m."""
 
 
 class BackwardStep:
@@ -174,8 +174,8 @@ class BackwardStep:
         """Of the torso ahead against the legs, rad."""
         self._arms = 0.0
         """Swing of the arms ahead and up, rad."""
-        self._rises = False
-        self._behind = self._beside = 0.0
+        self._arms_rise = False
+        self._max_behind = self._max_beside = 0.0
         """Farthest places of the capture point before the decision, m."""
 
     def update(self, plan: Plan, measured: CaptureStep | None, dt: float) -> None:
@@ -192,16 +192,16 @@ class BackwardStep:
             undecided = plan.progress <= p.decision
             if undecided and measured is not None:
                 x, y = plan.foot(plan.support).foothold.local(*measured.xi)
-                self._behind = max(self._behind, -x)
-                self._beside = max(self._beside, abs(abs(y) - self._half_width))
-            needed = undecided or self._behind > p.hip_behind
-            goal = p.hip_angle if needed and self._beside <= p.max_beside else 0.0
-            self._rises = undecided or self._behind > p.arm_behind
+                self._max_behind = max(self._max_behind, -x)
+                self._max_beside = max(self._max_beside, abs(abs(y) - self._half_width))
+            needed = undecided or self._max_behind > p.hip_behind
+            goal = p.hip_angle if needed and self._max_beside <= p.max_beside else 0.0
+            self._arms_rise = undecided or self._max_behind > p.arm_behind
         else:
-            self._behind = self._beside = 0.0
-            self._rises = self._rises and self._arms < p.arm_angle
+            self._max_behind = self._max_beside = 0.0
+            self._arms_rise = self._arms_rise and self._arms < p.arm_angle
         self.bend += clip(goal - self.bend, -rate * dt, rate * dt)
-        swing = p.arm_rate if self._rises else -p.arm_return_rate
+        swing = p.arm_rate if self._arms_rise else -p.arm_return_rate
         self._arms = clip(self._arms + swing * dt, 0.0, p.arm_angle)
 
     def add(self, angles: list[float]) -> None:
@@ -295,9 +295,9 @@ class LandedFootBalance:
         """Time for which both feet have touched, s."""
         self.roll: float | None = None
         """Turn of the landed sole about x at which its ankle brings the centre of pressure to its place, rad;
-        None: the robot does not stand on that foot alone."""
+        None: the robot is not on that foot alone."""
         self.damping: Vec2 = (0.0, 0.0)
-        """To add to the turns of both soles, roll and pitch, rad."""
+        """Addition to the turns of both soles, roll and pitch, rad."""
 
     @property
     def stands(self) -> bool:

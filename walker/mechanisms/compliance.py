@@ -9,7 +9,7 @@ plan gives the deflection: the weights beyond a joint and the ground's reaction 
 and the drive's compliance turns torque into angle. This is feed-forward and cannot oscillate.
 
 Compliance differs from robot to robot. A command less the encoder's reading is the true deflection, whatever
-was added to the command. Its ratio to the modelled deflection is estimated in slow walks, for each kind of
+the command contains. Its ratio to the modelled deflection is estimated in slow walks, for each kind of
 joint, both sides together.
 """
 
@@ -32,7 +32,7 @@ from bridge.types import SIDES, Array, Fraction, NotNegative, Positive, Side
 from walker.gaits.plan import Foothold, Plan
 
 _HELD_BY_FRICTION: Final = [0, 1, 5]
-"""HipYawPitch, HipRoll and AnkleRoll, which do not yield while both feet stand side by side."""
+"""HipYawPitch, HipRoll and AnkleRoll, which do not yield in a double support with feet side by side."""
 
 _FROM_JOINT_TO_FOOT: Final = np.triu(np.ones((6, 6)))
 """Sums over the links of a leg from each joint on."""
@@ -164,7 +164,7 @@ class JointCompliance:
         return tuple(angles)
 
     def deflections(self, torques: Array) -> Array:
-        """By how much the joints yield to torques, the shape of the torques, rad.
+        """Deflections of the joints under torques, the shape of the torques, rad.
 
         Args:
             torques: As `torques` gives them; one motor bears both HipYawPitch torques.
@@ -192,7 +192,7 @@ class JointCompliance:
         turns, places = chains[..., :3], chains[..., 3]
         feet = (turns[:, -1] @ points[:, :, None])[:, :, 0] + places[:, -1]
         load = self._weight * fractions[:, None]
-        # What is borne beyond a joint: the ground's reaction less the weights from the joint to the foot.
+        # The load beyond a joint: the ground's reaction less the weights from the joint to the foot.
         force = (load - self._below)[:, :, None]
         moment = (load * feet)[:, None] - _FROM_JOINT_TO_FOOT @ moments[self._rows] - places * force
         axes = (turns @ self._axes)[..., 0]

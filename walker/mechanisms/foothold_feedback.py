@@ -1,4 +1,4 @@
-"""Foothold feedback: by how much the robot is off the pendulum of its plan, and its feet off their footholds.
+"""Foothold feedback: deviation of the robot from its plan's pendulum, and of its feet from their footholds.
 
 Reads: joint angles, lean of the torso, plans of the last latency.
 Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
@@ -6,7 +6,7 @@ Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
 The encoders and the torso's lean place the centre of mass and the swing foot over the standing sole, where
 the plan of a latency before wanted them to be over that foothold. The joints' deflection and backlash put the
 centre of mass off the plan in each step alike. That is no disturbance: the slow mean of each stance foot, part
-by part of the step, is subtracted. The same deflection puts the feet down beside their footholds: it is learnt.
+by part of the step, is subtracted. The same deflection shifts the landings off their footholds: it is learnt.
 """
 
 from __future__ import annotations
@@ -26,29 +26,29 @@ from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
 
 _PARTS: Final = 8
 """Of a step, each with a mean of its own."""
-_STEPS: Final = 6
-"""After so many steps the mean is there, and the whole deviation counts."""
+_LEARN_STEPS: Final = 6
+"""Number of steps after which the mean is learnt, and the whole deviation counts."""
 _FIRST_STEPS: Final = 2
-"""After so many steps counts what is beyond `_UNLEARNT`: a worn robot is thrown back in its third step."""
+"""Number of steps after which deviations beyond `_UNLEARNT` count: a worn robot tips back in its third."""
 _UNLEARNT: Final = 0.015
 """m of the capture point's deviation that may be the joints' deflection and backlash, without their mean."""
-_CHANGE: Final = (0.1, 0.1, 1.0)
-"""Change of the velocity, m/s, m/s, rad/s, after which the mean is as good as not there."""
+_VELOCITY_CHANGE: Final = (0.1, 0.1, 1.0)
+"""Change of the velocity, m/s, m/s, rad/s, after which the mean counts as unlearnt."""
 _LARGEST_MISS: Final = 0.02
 """m of a miss that counts in one step."""
 
 
 class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the deviation is filtered and predicted."""
+    """Parameters of the deviation's filter and prediction."""
 
     latency: NotNegative = 0.04
     """From a command to the motion that the encoders report, s; the deviation is predicted over it."""
     position_gain: Fraction = 0.5
-    """Share of a cycle's innovation that goes to the deviation."""
+    """Share of a cycle's innovation that is added to the deviation."""
     velocity_gain: Fraction = 0.12
-    """Share of the innovation over the cycle that goes to its rate."""
+    """Share of the innovation over the cycle that is added to its rate."""
     mean_gain: Fraction = 0.05
-    """Share of a deviation that goes to the mean."""
+    """Share of a deviation that is added to the mean."""
     first_mean_gain: tuple[Fraction, Fraction] = (0.3, 0.1)
     """The same in the first steps and after a change of the velocity, along and across the stance foot."""
     max_innovation: Positive = 0.015
@@ -78,7 +78,7 @@ class DeviationEstimator:
         base: kinematics of the body.
         cycle: of the robot, s.
         deviation: estimate the capture point's deviation.
-        placement: learn where the feet come down.
+        placement: learn the shift of the landings.
     """
 
     def __init__(
@@ -91,15 +91,15 @@ class DeviationEstimator:
         placement: bool,
     ) -> None:
         self._p = parameters
-        self._on, self._learns = deviation, placement
+        self._deviation_on, self._placement_on = deviation, placement
         self._base = base
         self._plans: deque[Plan] = deque(maxlen=1 + round(parameters.latency / cycle))
-        self._before: Plan | None = None
-        self._first = 0
+        self._previous_plan: Plan | None = None
+        self._first_step = 0
         """Number of the first step."""
-        self._yaw = 0.0
+        self._stance_yaw = 0.0
         """Of the stance foot; position and rate are in its frame."""
-        self._at: Array = np.zeros(2)
+        self._position: Array = np.zeros(2)
         self._rate: Array = np.zeros(2)
         self._miss: Array = np.zeros(2)
         self._mean: dict[Side, Array] = {"L": np.zeros((_PARTS, 2, 2)), "R": np.zeros((_PARTS, 2, 2))}
@@ -109,7 +109,7 @@ class DeviationEstimator:
         self._placement = 0.0
         """In force, m."""
         self._velocity: Array = np.zeros(3)
-        """At which the mean was learnt."""
+        """Mean velocity while learning."""
 
     def update(self, position: Sequence[float], lean: Vec2, plan: Plan, dt: float) -> Feedback:
         """One cycle.
@@ -120,24 +120,25 @@ class DeviationEstimator:
             plan: in force.
             dt: time since the last cycle, s.
         """
-        if plan.pendulum is None or not (self._on or self._learns):
+        if plan.pendulum is None or not (self._deviation_on or self._placement_on):
             return NO_FEEDBACK
         self._plans.append(plan)
-        then, before = self._plans[0], self._before
-        self._before = then
+        then, before = self._plans[0], self._previous_plan
+        self._previous_plan = then
         if before is not None and before.support != "both" and then.step != before.step:
-            self._place()
+            self._learn_placement()
         if then.support == "both":
-            self._first, self._rate, self._placement = then.step, np.zeros(2), 0.0
+            self._first_step, self._rate, self._placement = then.step, np.zeros(2), 0.0
             return NO_FEEDBACK
         measured = self._measured(position, lean, then, then.support)
         self._miss = measured.miss
         if before is None or then.support != before.support:
             yaw = then.foot(then.support).yaw
-            self._at, self._rate, self._yaw = measured.com, _turned(self._rate, self._yaw - yaw), yaw
+            self._position, self._rate = measured.com, _turned(self._rate, self._stance_yaw - yaw)
+            self._stance_yaw = yaw
         elif dt > 0.0:
-            innovation = measured.com - (self._at + dt * self._rate)
-            self._at = self._at + dt * self._rate + self._p.position_gain * innovation
+            innovation = measured.com - (self._position + dt * self._rate)
+            self._position = self._position + dt * self._rate + self._p.position_gain * innovation
             self._rate = self._rate + self._p.velocity_gain / dt * innovation
         return Feedback(self._deviation(then, plan), self._placement)
 
@@ -146,28 +147,28 @@ class DeviationEstimator:
         if then.support == "both" or then.pendulum is None or now.pendulum is None:
             return NO_FEEDBACK.deviation
         p, omega = self._p, then.pendulum.omega
-        steps = then.step - self._first
+        steps = then.step - self._first_step
         change = np.subtract(then.pendulum.velocity, self._velocity)
-        self._velocity += change * (p.mean_gain / _PARTS if steps >= _STEPS else 1.0)
-        unlearnt = min(float(np.max(np.abs(change) / _CHANGE)), 1.0) if steps >= _STEPS else 1.0
+        self._velocity += change * (p.mean_gain / _PARTS if steps >= _LEARN_STEPS else 1.0)
+        unlearnt = min(float(np.max(np.abs(change) / _VELOCITY_CHANGE)), 1.0) if steps >= _LEARN_STEPS else 1.0
         mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
-        off = np.array([self._at, self._rate / omega]) - mean
+        off = np.array([self._position, self._rate / omega]) - mean
         if then.progress < 1.0:  # a step that is prolonged is no usual one
             gain = p.mean_gain + unlearnt * (np.array(p.first_mean_gain) - p.mean_gain)
             bound = p.max_innovation * (1.0 + unlearnt)
             mean += gain * np.clip(off, -bound, bound)
-        if not self._on or steps < _FIRST_STEPS:
+        if not self._deviation_on or steps < _FIRST_STEPS:
             return NO_FEEDBACK.deviation
         off = math.exp(omega * p.latency) * (off[0] + off[1])
         bound = unlearnt * _UNLEARNT
         off -= np.clip(off, -bound, bound)
-        x, y = _turned(off, self._yaw)
+        x, y = _turned(off, self._stance_yaw)
         (a, b), (c, d) = now.pendulum.moved, then.pendulum.moved
         return float(x) - (a - c), float(y) - (b - d)
 
-    def _place(self) -> None:
+    def _learn_placement(self) -> None:
         """The end of a step: learn from its miss, and set the placement of the next one."""
-        if self._learns:
+        if self._placement_on:
             p = self._p
             # a change that is still under way is not learnt
             miss = float(self._miss[0]) - (self._learnt - self._placement)
@@ -183,13 +184,13 @@ class DeviationEstimator:
         stance, foot = pose.feet[side], then.foot(side).foothold
         other = OTHER_SIDE[side]
         sole = (stance @ centres[side])[:2]
-        swung = (pose.feet[other] @ centres[other])[:2]
+        swing_sole = (pose.feet[other] @ centres[other])[:2]
         measured = Foothold(yaw=-heading(stance))
         middle = foot.point(*centres[side][:2])
         planned = Foothold(*middle, foot.yaw)
         wanted = then.pendulum.target.point(*centres[other][:2])
         com = np.subtract(measured.point(*(pose.com[:2] - sole)), planned.local(*then.pendulum.com))
-        miss = np.subtract(planned.local(*wanted), measured.point(*(swung - sole)))
+        miss = np.subtract(planned.local(*wanted), measured.point(*(swing_sole - sole)))
         return _Measured(com, miss)
 
 

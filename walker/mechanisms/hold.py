@@ -1,4 +1,4 @@
-"""Hold of heading and velocity: by how much the walk is off its plan by the odometry.
+"""Hold of heading and velocity: deviation of the walk from its plan, by the odometry.
 
 Reads: pose by the odometry, plan.
 Gives: `Feedback.heading` (`HeadingError`) and `Feedback.velocity` (`VelocityHold`) for the gait.
@@ -49,17 +49,17 @@ class HeadingError:
         return math.remainder(heading - self._planned[0] - self._began, math.tau)
 
 
-_STRIDE: Final = 2
+_STEPS_PER_STRIDE: Final = 2
 """Steps over which a velocity is measured: sideways and in a turn both feet differ."""
 
 
 class VelocityHoldParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How fast the error is learnt."""
+    """Rate and bound of the learning."""
 
     gain: NotNegative = 0.2
     """Share of a stride's error that is learnt at each step."""
     max_correction: NotNegative = 0.03
-    """Bound of what is learnt, m/s, on each axis."""
+    """Bound of the learnt correction, m/s, on each axis."""
 
 
 class VelocityHold:
@@ -71,16 +71,16 @@ class VelocityHold:
 
     def __init__(self, parameters: VelocityHoldParameters) -> None:
         self._p = parameters
-        self._here: Foothold | None = None
+        self._step_begin: Foothold | None = None
         """At the beginning of the step under way; None: no step is."""
         self._step = 0
         self._elapsed = 0.0
         """Since then, s."""
         self._velocity: Array = np.zeros(2)
         """Commanded in this step, m/s."""
-        self._before: Array = np.zeros(2)
+        self._previous_velocity: Array = np.zeros(2)
         """The same of the step before."""
-        self._errors: deque[Array] = deque(maxlen=_STRIDE)
+        self._errors: deque[Array] = deque(maxlen=_STEPS_PER_STRIDE)
         """Commanded less measured velocity in the latest steps, m/s."""
         self._correction: Array = np.zeros(2)
 
@@ -93,28 +93,28 @@ class VelocityHold:
             dt: time since the last cycle, s.
         """
         if plan.pendulum is None or plan.support == "both":
-            self._here, self._correction, self._before = None, np.zeros(2), np.zeros(2)
+            self._step_begin, self._correction, self._previous_velocity = None, np.zeros(2), np.zeros(2)
             self._errors.clear()
         else:
             self._elapsed += dt
-            if self._here is None or plan.step != self._step:
-                if self._here is not None:
-                    self._learn(self._here, here)
-                    self._before = self._velocity
-                self._here, self._step, self._elapsed = here, plan.step, 0.0
+            if self._step_begin is None or plan.step != self._step:
+                if self._step_begin is not None:
+                    self._learn(self._step_begin, here)
+                    self._previous_velocity = self._velocity
+                self._step_begin, self._step, self._elapsed = here, plan.step, 0.0
                 self._velocity = np.array(plan.pendulum.velocity[:2])
         x, y = self._correction.tolist()
         return x, y
 
     def _learn(self, there: Foothold, here: Foothold) -> None:
         """The end of a step. A robot that changes its velocity lags behind the command: that is not learnt."""
-        if not np.array_equal(self._before, self._velocity):
+        if not np.array_equal(self._previous_velocity, self._velocity):
             self._errors.clear()
             return
         middle = there._replace(yaw=there.yaw + 0.5 * math.remainder(here.yaw - there.yaw, math.tau))
         walked = np.array(middle.local(here.x, here.y)) / self._elapsed
         self._errors.append(self._velocity - walked)
-        if len(self._errors) == _STRIDE:
+        if len(self._errors) == _STEPS_PER_STRIDE:
             bound = self._p.max_correction
             learnt = self._correction + self._p.gain * np.mean(self._errors, axis=0)
             self._correction = np.clip(learnt, -bound, bound)

@@ -9,7 +9,7 @@ times the torso's rate, the plant (1 - s/z) / (s^2/w^2 + 2 d s/w + 1) gets k mor
 k/z in its quadratic one: on (4.12), k = 0.06 s gives a damping ratio of 0.39. A gyroscope needs no fusion. The
 delay of drives and bus bounds k: at 40 ms a nominal robot walks with 0.04 to 0.08 s and falls with 0.15 s.
 
-Lean feedback: a sole that lands on an edge does not lie level, and a position-controlled leg leans the torso by
+Lean feedback: a sole that lands on an edge is not level, and a position-controlled leg leans the torso by
 as much. The ankle turns against that lean and so brings the torso upright over a sole that stays askew. A lean
 that each stride repeats does not count (`StridePattern`): in walking to a side or in a turn the torso leans one
 way on the left foot and the other way on the right one. That is no disturbance, and an ankle that turned
@@ -38,7 +38,7 @@ class StridePattern:
     """Lean in, lean less the alternating pattern out, once per DCM cycle of single support.
 
     Args:
-        gain: share of the lean that goes to the mean of its part of a step in a cycle, 0..1.
+        gain: share of the lean that is added to the mean of its part of a step in a cycle, 0..1.
     """
 
     def __init__(self, gain: float) -> None:
@@ -51,7 +51,7 @@ class StridePattern:
 
         Args:
             lean: roll and pitch of the torso, rad.
-            support: the foot that stands.
+            support: the stance foot.
             progress: fraction of its step that has passed, 0..1.
         """
         part = min(int(progress * _PARTS), _PARTS - 1)
@@ -71,7 +71,7 @@ class DampingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     max_offset: Positive = 0.1
     """Largest offset, rad."""
     max_rate: Positive = 5.0
-    """Fastest change of an offset, rad/s: what the drives follow. No leg jumps when the support changes."""
+    """Fastest change of an offset, rad/s, within the drives' speed. No leg jumps when the support changes."""
 
 
 class LeanFeedbackParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -82,7 +82,7 @@ class LeanFeedbackParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     pitch: Fraction = 0.0
     """Offset of AnklePitch over the torso's pitch."""
     pattern_gain: Fraction = 0.1
-    """Share of the lean that goes to the pattern of a stride in a cycle."""
+    """Share of the lean that is added to the pattern of a stride in a cycle."""
 
 
 class AnkleOffsets(NamedTuple):

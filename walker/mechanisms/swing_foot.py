@@ -7,7 +7,7 @@ A NAO on one leg tilts towards its swing foot, by 7 degrees with the backlash an
 The swing foot then lands 12 mm early and tilted. The admittances know the plan only and would take this for the
 ground; held in stance, the tilt would stay and grow with every step. So the swing foot is turned about the
 stance foot against the measured angle of the torso while it is in the air, and the admittances see the ground
-alone. Once both feet stand the turn returns to zero, and the legs push the torso upright as planned.
+alone. In double support the turn returns to zero, and the legs push the torso upright as planned.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, 
     max_rate: Positive = 1.5
     """Fastest change in the air, rad/s."""
     return_rate: Positive = 0.2
-    """Speed at which the turn returns to zero once the foot stands, rad/s: 7 degrees in 0.6 s."""
+    """Speed at which the turn returns to zero once the foot is down, rad/s: 7 degrees in 0.6 s."""
     capture_roll_return_rate: Positive = 0.1
     """The same of the roll after a capture step, rad/s: a leg that rights the torso sideways at once throws it
     over the other foot, which hangs in the air meanwhile."""
@@ -121,7 +121,7 @@ class SwingFootOrientation:
         return corrections
 
     def _after_capture_step(self, side: Side, landed: Side, dt: float, *, back: bool) -> Vec2:
-        """Of the foot that landed; the other one comes into the plane of that sole."""
+        """Of the foot that landed; the other one turns into the plane of that sole."""
         p = self._p
         goal = (0.0, 0.0) if side == landed else self._turn[landed]
         rates = p.return_rate, p.return_rate
@@ -145,7 +145,7 @@ class SwingFootOrientation:
             step = p.return_rate * dt
             return roll - clip(roll, -step, step), pitch - clip(pitch, -step, step)
         if contact and support_state.progress > APEX:
-            return roll, pitch  # it stands: from here on the torso's turn is no longer the foot's
+            return roll, pitch  # in contact the torso's turn is no longer the foot's
         return self._towards(side, angle, p.gain * smoothstep(support_state.progress / APEX), p.max_angle, dt)
 
     def _towards(self, side: Side, angle: Vec2, gain: float, bound: float, dt: float) -> Vec2:

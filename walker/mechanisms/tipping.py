@@ -3,9 +3,9 @@
 Reads: deviation of the capture point (`Feedback.deviation`), plan. Gives: `Feedback.extend_step` for the gait.
 
 A push towards the stance foot moves the capture point to the outside of that foot, where the swing foot cannot
-follow: the legs would cross. So does a push towards a swing foot that lands before it could go wider. The stiff
-leg then stands on its outer edge, where the ZMP is as far outside as it can be, and a robot that is slow enough
-comes back. Until then the support does not change: the other foot is in the air.
+follow: the legs would cross. So does a push towards a swing foot that lands before it could step wider. The
+stiff leg is then on its outer edge, where the ZMP is as far outside as it can be, and a slow enough robot
+returns. Until then the support does not change: the other foot is in the air.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ import msgspec
 from bridge.types import NotNegative, Positive
 from walker.gaits.plan import SIGN, Feedback, Foothold, Plan
 
-_LATE: Final = 0.8
+_EARLIEST_HOLD: Final = 0.8
 """Part of a step after which a hold may begin."""
 
 
 class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When a robot tips, and how long a step waits for it."""
+    """Threshold of tipping, and duration of the hold of a step."""
 
     hold_deviation: Positive = 0.08
     """Deviation of the capture point to the outside of the stance foot from which on a step is held, m.
 
-    Late in a step it was 0.05 to 0.08 with a sole askew on a plate of 10 mm, 0.11 and more with a robot on the
+    Late in a step: 0.05 to 0.08 with a sole askew on a plate of 10 mm, 0.11 and more with a robot on the
     edge of its foot.
     """
     max_hold: NotNegative = 1.0
@@ -43,7 +43,7 @@ class TippingDetector:
 
     def __init__(self, parameters: TippingParameters) -> None:
         self._p = parameters
-        self._held = 0.0
+        self._hold_time = 0.0
         """Time by which the step under way has been prolonged, s."""
 
     def update(self, feedback: Feedback, plan: Plan, dt: float) -> Feedback:
@@ -55,18 +55,18 @@ class TippingDetector:
             dt: time since the last cycle, s.
         """
         if plan.support == "both":
-            self._held = 0.0
+            self._hold_time = 0.0
             return feedback
         _, across = Foothold(yaw=-plan.foot(plan.support).yaw).point(*feedback.deviation)
-        hold = self._is_to_hold(SIGN[plan.support] * across, plan.progress, dt)
+        hold = self._holds(SIGN[plan.support] * across, plan.progress, dt)
         return feedback._replace(extend_step=hold)
 
-    def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
+    def _holds(self, outward: float, progress: float, dt: float) -> bool:
         if progress < 1.0:
-            self._held = 0.0
-        hold = outward > 0.0 and self._held < self._p.max_hold
-        if not self._held:
-            hold = progress > _LATE and outward > self._p.hold_deviation
+            self._hold_time = 0.0
+        hold = outward > 0.0 and self._hold_time < self._p.max_hold
+        if not self._hold_time:
+            hold = progress > _EARLIEST_HOLD and outward > self._p.hold_deviation
         if hold and progress >= 1.0:
-            self._held += dt
+            self._hold_time += dt
         return hold

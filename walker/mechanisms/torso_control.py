@@ -3,17 +3,17 @@
 Reads: pitch of the torso, the leg that bears the weight.
 Gives: offsets of both AnklePitches.
 
-Designed controllers are data, each with the plant and the specification that it was designed for. `nao-hil
+Designed controllers are data, each with its plant and specification. `nao-hil
 design torso` computes them; `torso.toml` in the folder of a gait holds them.
 
 The thesis lets the controller act on the stance ankle in single support and leaves the rest open. Here:
 
 - Single support: the controller drives the AnklePitch offset of the stance leg. Each leg has an integrator of
-  its own, the slow part of its offset, so a leg that becomes the stance leg goes on from what it has; the
-  proportional part comes in at the limited rate. Neither ankle jumps, and a contact that chatters between two
+  its own, the slow part of its offset, so a leg that becomes the stance leg continues from its own; the
+  proportional part is added at the limited rate. Neither ankle jumps, and a contact that chatters between two
   phases does not count the proportional part twice.
 - Swing leg: its offset and integrator, leftovers of its last stance, are bled off at a constant rate, so that
-  the foot comes down as planned.
+  the foot lands as planned.
 - Double support: both offsets are held, because both soles are on the ground and turning one ankle would only
   press the feet against each other.
 
@@ -122,7 +122,7 @@ class RobustSpecification(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     spread: float = 0.20
     """Relative uncertainty of natural frequency, damping and zero, each."""
     noise_gain: float = 0.174
-    """Maximum gain at high frequencies: how far a jump of the measured angle moves the ankle at once. The
+    """Maximum gain at high frequencies: the ankle's immediate response to a jump of the measured angle. The
     default is that of the thesis' static design, the leading coefficient of (4.19)."""
 
     def __post_init__(self) -> None:
@@ -182,7 +182,7 @@ _LARGEST_ANGLE: Final = math.pi
 
 
 class TorsoLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the correction may do to an ankle."""
+    """Bounds of the correction at an ankle."""
 
     offset: float = math.radians(15.0)
     """Largest correction, rad: three times the 5 degrees of slope that the walk is meant for, because a torso
@@ -190,7 +190,7 @@ class TorsoLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     rate: float = 1.0
     """Fastest change, rad/s. The motor of AnklePitch runs at several rad/s; the rest is the gait's."""
     bleed_rate: float = math.radians(15.0) / 0.4
-    """Change of the swing leg's leftover towards zero, rad/s: the largest correction is gone within the
+    """Change of the swing leg's leftover towards zero, rad/s: the largest correction is bled off within the
     shortest single support (0.44 s in the dynamic gait)."""
 
     def __post_init__(self) -> None:
@@ -209,8 +209,8 @@ class TorsoControl:
     """Torso pitch in, AnklePitch offsets of both legs out, once per DCM cycle.
 
     While neither limit acts, the offset of a leg that stays the stance leg is the controller's transfer
-    function applied to the pitch error. When a limit acts, the integrator stands still unless it would come
-    back from it (conditional integration), so there is no wind-up.
+    function applied to the pitch error. When a limit acts, the integrator stops unless it would leave
+    the limit (conditional integration), so there is no wind-up.
     """
 
     def __init__(self, controller: TorsoController, limits: TorsoLimits | None = None) -> None:

@@ -15,46 +15,46 @@ from walker.estimation.ground import Corrections
 from walker.estimator import Estimate
 from walker.states.state import State, StateName, legs_hold
 
-_SQUAT: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
-"""Of both legs: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
-_COUNTER: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
-"""By which the hips of both legs turn the way of the fall, rad: the torso turns back over the legs and
+_LEG_POSE: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
+"""Of both legs, rad: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
+_HIP_COUNTER_TURN: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
+"""Turn of the hips of both legs in the direction of the fall, rad: the torso turns back over the legs and
 leans later. The ranges of HipPitch and HipRoll leave no more."""
-_HEAD: Final = {"front": -0.65, "back": 0.5}
+_HEAD_PITCH: Final = {"front": -0.65, "back": 0.5}
 """HeadPitch: the face away from the ground, or the chin on the chest (NaoTH turns it the same ways)."""
-_ARMS: Final = {"ShoulderPitch": 0.3, "ElbowRoll": -0.8}
+_ARM_POSE: Final = {"ShoulderPitch": 0.3, "ElbowRoll": -0.8}
 """Of the left arm, mirrored for the right: stretched ahead and bent, so that elbow and forearm reach the ground
 before the head."""
 
 
 def brace(frame: SensorFrame) -> tuple[float, ...]:
-    """The pose in which a robot is to meet the ground, 25 in frame order, rad.
+    """The pose before the impact, 25 in frame order, rad.
 
     Args:
-        frame: as the fall is noticed; the way of the torso says which side will be below.
+        frame: when the fall is detected; the direction of the torso's fall gives the side.
     """
     position = list(frame.position)
     position[INDEX["HeadYaw"]] = 0.0
     roll, pitch = (angle + 0.2 * rate for angle, rate in zip(frame.angle, frame.gyroscope, strict=False))
     size = math.hypot(roll, pitch) or 1.0
-    position[INDEX["HeadPitch"]] = _HEAD["front" if pitch > 0.0 else "back"]
+    position[INDEX["HeadPitch"]] = _HEAD_PITCH["front" if pitch > 0.0 else "back"]
     for side, sign in (("L", 1.0), ("R", -1.0)):
-        for joint, angle in _SQUAT.items():
+        for joint, angle in _LEG_POSE.items():
             position[INDEX[side + joint]] = angle
-        position[INDEX[f"{side}HipRoll"]] += _COUNTER["HipRoll"] * roll / size
-        position[INDEX[f"{side}HipPitch"]] += _COUNTER["HipPitch"] * pitch / size
-        position[INDEX[f"{side}ShoulderPitch"]] = _ARMS["ShoulderPitch"]
-        position[INDEX[f"{side}ElbowRoll"]] = sign * _ARMS["ElbowRoll"]
+        position[INDEX[f"{side}HipRoll"]] += _HIP_COUNTER_TURN["HipRoll"] * roll / size
+        position[INDEX[f"{side}HipPitch"]] += _HIP_COUNTER_TURN["HipPitch"] * pitch / size
+        position[INDEX[f"{side}ShoulderPitch"]] = _ARM_POSE["ShoulderPitch"]
+        position[INDEX[f"{side}ElbowRoll"]] = sign * _ARM_POSE["ElbowRoll"]
     return tuple(position)
 
 
 class Fallen:
-    """Lies limply, so that gears and limbs yield to the ground: each joint is asked to be where it is.
+    """Lies limply, so that gears and limbs yield to the ground: each joint's target is its own angle.
 
     Args:
-        frame: as the fall was noticed.
+        frame: when the fall is detected.
         parameters: stiffness, and how long to brace.
-        braces: first go into the pose of `brace`.
+        braces: first move into the pose of `brace`.
         gave_up: getting up failed; it is not tried again.
     """
 
@@ -71,10 +71,10 @@ class Fallen:
         self.gave_up = gave_up
         """Getting up failed."""
         self.went_limp = False
-        """The legs were no stiffer than asked for."""
+        """At least once the legs were no stiffer than requested."""
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
-        """Go into the pose, then lie where the joints are; getting up is not begun here."""
+        """Move into the pose, then hold the joints where they are; getting up does not begin here."""
         self.settled += dt
         self.went_limp = self.went_limp or not legs_hold(frame, self.stiffness)
         if not self._braces or self.settled >= self._p.brace_time:
@@ -101,7 +101,7 @@ class Resting:
         self.stiffness = REST_STIFFNESS
         self.settled = 0.0
         self.went_limp = False
-        """The legs were no stiffer than asked for."""
+        """At least once the legs were no stiffer than requested."""
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """Rest on."""
@@ -127,7 +127,7 @@ class Moving:
         self.position = position
         self.stiffness = player.stiffness
         self.from_lying = from_lying
-        """The robot lay as the motion began."""
+        """The robot lay at the beginning."""
 
     @property
     def got_up(self) -> bool:
@@ -136,7 +136,7 @@ class Moving:
 
     @property
     def failed(self) -> bool:
-        """The get-up is done, and the robot lies."""
+        """The get-up is over, and the robot still lies."""
         return isinstance(self.player, GetUp) and self.player.done and self.player.failed
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
@@ -146,7 +146,7 @@ class Moving:
 
 
 LYING_TIME: Final = 2.0
-"""s that a robot lies before it gets up: longer than its guard takes no command after a fall."""
+"""s that a robot lies before it gets up: longer than its guard refuses commands after a fall."""
 
 
 class Recovery:
@@ -164,7 +164,7 @@ class Recovery:
         self.after_falls = after_falls and bool(self._motions)
         """A robot that falls gets up again."""
         self.count = 0
-        """How often the robot got up from lying."""
+        """Number of times that the robot got up from lying."""
 
     def begins_down(self, frame: SensorFrame, lying_side: Lying) -> bool:
         """Whether the robot of the first frame is to get up before anything else."""

@@ -18,7 +18,7 @@ from walker.stabilizer import Stabilizer
 
 @dataclass(frozen=True, slots=True)
 class WalkSetup:
-    """A gait, how far to go, and the controllers for it."""
+    """A gait, its order, and the controllers for it."""
 
     gait: Gait[Any]
     order: WalkOrder
@@ -29,9 +29,9 @@ class WalkSetup:
     goal: tuple[float, ...]
     """Joint angles of the initial stand, rad."""
     step: PeriodicStep | None
-    """The gait's periodic step; None where nobody asks."""
+    """The gait's periodic step; None: not needed."""
     velocity: Vec3 = (0.0, 0.0, 0.0)
-    """Mean velocity that the gait's parameters mean, m/s, m/s, rad/s."""
+    """Mean velocity by the gait's parameters, m/s, m/s, rad/s."""
 
     def with_fresh_controllers(self, body: Body, cycle: float) -> WalkSetup:
         """The same walk with controllers that remember nothing.
@@ -57,16 +57,16 @@ def set_up_walk(
     step: PeriodicStep | None = None,
     velocity: Vec3 = (0.0, 0.0, 0.0),
 ) -> WalkSetup:
-    """Make a walk ready.
+    """Prepare a walk.
 
     Args:
         body: data sheet.
         gait: to walk by.
-        order: how far to walk.
+        order: bounds of the walk.
         cycle: of the robot, s.
         parameters: of the controllers.
-        step: the gait's periodic step; None where nobody asks.
-        velocity: that the gait's parameters mean, m/s, m/s, rad/s.
+        step: the gait's periodic step; None: not needed.
+        velocity: mean velocity by the gait's parameters, m/s, m/s, rad/s.
 
     Raises:
         ConfigurationError: no torso controller can be designed to the parameters.

@@ -14,7 +14,7 @@ StateName = Literal["approach", "walk", "stopping", "stand", "fallen", "motion",
 
 
 class State(Protocol):
-    """Answers sensor frames; `walker.transitions` says when another state takes over."""
+    """Answers sensor frames; `walker.transitions` decides when another state takes over."""
 
     @property
     def name(self) -> StateName:
@@ -38,7 +38,7 @@ class State(Protocol):
 
     @property
     def corrections(self) -> Corrections:
-        """What of `position` is not the plan's."""
+        """Difference of `position` from the plan's angles."""
         ...
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
@@ -46,7 +46,7 @@ class State(Protocol):
 
         Args:
             frame: newest sensor frame.
-            estimate: what it tells.
+            estimate: from this frame.
             dt: time since the last one, s.
         """
         ...
@@ -62,21 +62,21 @@ def legs_hold(frame: SensorFrame, stiffness: float) -> bool:
     return min(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) > 2.0 * stiffness
 
 
-RETURN: Final = 2.0
-"""rad/s at which a joint that was given back goes to where the walker has it."""
+RETURN_RATE: Final = 2.0
+"""rad/s at which a joint without an order returns to the state's angle."""
 
 
 class UpperBodyOrders:
-    """Puts the newest order over what a state asks for."""
+    """Puts the newest order over a state's angles."""
 
     def __init__(self) -> None:
         self._ordered: dict[int, tuple[float, float]] = {}
         """Slot -> angle and stiffness."""
         self._away: dict[int, float] = {}
-        """Slot -> angle of the last cycle, of each joint that is not where the walker has it."""
+        """Slot -> angle of the last cycle, of each joint that is not at the state's angle."""
 
     def take(self, order: UpperBody) -> None:
-        """From now on this one."""
+        """Use this order from now on."""
         rows = zip(order.joints, order.position, order.stiffness, strict=True)
         self._ordered = {INDEX[joint]: (angle, stiffness) for joint, angle, stiffness in rows}
 
@@ -94,7 +94,7 @@ class UpperBodyOrders:
             return position, stiffness
         angles, stiff = list(position), list(stiffness)
         for slot, last in list(self._away.items()):
-            angles[slot] = min(max(position[slot], last - RETURN * dt), last + RETURN * dt)
+            angles[slot] = min(max(position[slot], last - RETURN_RATE * dt), last + RETURN_RATE * dt)
             self._away[slot] = angles[slot]
             if angles[slot] == position[slot]:
                 del self._away[slot]

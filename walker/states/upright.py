@@ -15,9 +15,9 @@ from walker.gaits.order import WalkPlanner
 from walker.stabilizer import Stabilizer
 from walker.states.state import State, StateName
 
-SPEED: Final = 0.6
+APPROACH_RATE: Final = 0.6
 """rad/s; the fastest joint's mean speed (assumed safe: a sixth of the slowest leg joint's no-load speed)."""
-SHORTEST: Final = 1.0
+MIN_APPROACH_TIME: Final = 1.0
 """s"""
 
 
@@ -32,7 +32,7 @@ class JointInterpolation:
     def __init__(self, start: tuple[float, ...], goal: tuple[float, ...]) -> None:
         self._start, self._goal = start, goal
         way = max(abs(goal[i] - start[i]) for i in range(N_JOINTS))
-        self._duration = max(SHORTEST, way / SPEED)
+        self._duration = max(MIN_APPROACH_TIME, way / APPROACH_RATE)
         self._t = 0.0
 
     @property
@@ -50,7 +50,7 @@ class JointInterpolation:
 
 
 TRANSFER_TIME: Final = 1.0
-"""s; a jump of 0.1 rad goes at 0.19 rad/s at most."""
+"""s; a jump of 0.1 rad is at most 0.19 rad/s fast."""
 
 
 class BumplessTransfer:
@@ -67,7 +67,7 @@ class BumplessTransfer:
 
     @property
     def done(self) -> bool:
-        """Nothing is left."""
+        """The jump has decayed."""
         return self._t >= TRANSFER_TIME
 
     def apply(self, angles: tuple[float, ...], dt: float) -> tuple[float, ...]:
@@ -87,7 +87,7 @@ class Standing:
 
     Args:
         position: joint angles, 25 slots, rad.
-        stabilizer: of the last walk and the next; its filters go on.
+        stabilizer: of the last walk and the next; its filters continue.
         corrections: in `position`.
     """
 
@@ -105,7 +105,7 @@ class Standing:
         self._stabilizer.settle(estimate)
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
-        """Stand on."""
+        """Keep standing."""
         self.settled += dt
         self._stabilizer.settle(estimate)
 
@@ -118,7 +118,7 @@ class Walking:
         support_machine: phases against contacts.
         stabilizer: makes joint angles of plans.
         before: the state from which the walk begins without a jump; None: begin at the plan.
-        walked: time that the order was walked before, s.
+        walked: time already spent on the order, s.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Walking:
         self._stabilizer = stabilizer
         self._support_state = SupportState("both")
         self.walked = walked
-        """Time that the order was walked, s."""
+        """Time spent on the order, s."""
         self._held = before.position if before is not None else None
         self._transfer: BumplessTransfer | None = None
         self._successor: tuple[Stabilizer, SupportStateMachine] | None = None
@@ -149,7 +149,7 @@ class Walking:
         self._stabilizer.settle(estimate)
 
     def stop(self) -> None:
-        """Wish for no further step: the feet come together, then the robot stands."""
+        """Request no further step: the feet close, then the robot stands."""
         self.name = "stopping"
 
     @property
@@ -158,11 +158,11 @@ class Walking:
         return self._planner.plan.phase == "stand"
 
     def standing(self) -> Standing:
-        """The stand that the walk ends in."""
+        """The stand at the end of the walk."""
         return Standing(self.position, self._stabilizer, self.corrections)
 
     def switch(self, stabilizer: Stabilizer, support_machine: SupportStateMachine) -> None:
-        """Go on with other controllers from the next cycle on, without a jump."""
+        """Continue with other controllers from the next cycle on, without a jump."""
         self._successor = stabilizer, support_machine
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
@@ -171,7 +171,7 @@ class Walking:
         plan = self._planner.plan
         ground_alignment_active = self.corrections.ground_alignment_active and plan.phase == "stand"
         if not self._support_state.wait and not ground_alignment_active:
-            plan = self._planner.step(dt, walk=self._wants_step(), feedback=estimate.feedback)
+            plan = self._planner.step(dt, walk=self._step_wanted(), feedback=estimate.feedback)
         self._support_state = self._support_machine.update(plan, estimate.contacts, dt)
         self.position = self._angles(frame, estimate, dt)
 
@@ -190,7 +190,7 @@ class Walking:
             self._transfer = None
         return angles
 
-    def _wants_step(self) -> bool:
+    def _step_wanted(self) -> bool:
         """Whether another step is wanted after the one under way."""
         order = self._planner.order
         enough = bool(order.steps) and self._planner.plan.step >= order.steps - 1
@@ -199,7 +199,7 @@ class Walking:
         return self.name == "walk"
 
 
-NEAR: Final = 0.35
+NEAR_STAND: Final = 0.35
 """rad from a leg joint to the stand: the vendor's StandInit is 0.26 from that of `omni`."""
 LEGS: Final = (*LEG_SLOTS["L"], *LEG_SLOTS["R"])
 
@@ -236,7 +236,7 @@ class Approaching:
         """Whether a walk may begin at once: the legs are near the goal, from where the walk blends them in."""
         if self._approach is None:
             return False
-        return max(abs(self._goal[i] - self.position[i]) for i in LEGS) <= NEAR
+        return max(abs(self._goal[i] - self.position[i]) for i in LEGS) <= NEAR_STAND
 
     @property
     def to_stand(self) -> bool:

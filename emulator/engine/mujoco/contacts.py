@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.body import TORSO
 from bridge.types import SIDES, Array
 from emulator.compiled import compilable, compiled
-from emulator.engine.contacts import STEEP, ground_contacts
+from emulator.engine.contacts import RIM_COSINE, ground_contacts
 from emulator.engine.mujoco.native import Layout, pointer
 from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
@@ -23,7 +23,7 @@ from emulator.vectors import put
 
 _LINK, _GROUND, _OTHER = 2, 3, 4
 """Owner of a geom; 0 and 1 are the feet."""
-_RIM: Final = 64
+_MAX_RIM_CONTACTS: Final = 64
 """Contacts on the rims of the feet that one cycle keeps."""
 
 
@@ -41,7 +41,7 @@ class MujocoContacts:
         # as for `ground_contacts`: sums of the contacts, and of one contact with the force of all
         self._sums, self._whole = np.zeros((2, 7)), np.zeros((2, 7))
         self._frames, self._normals = np.zeros((2, 12)), np.zeros((2, 3))
-        self._rim = np.zeros((_RIM, 4))
+        self._rim = np.zeros((_MAX_RIM_CONTACTS, 4))
         self._counts = np.zeros(2, dtype=np.int64)
         self._version = -1
 
@@ -202,7 +202,7 @@ def add_contacts(
             for axis in range(3):
                 sums[own, 4 + axis] += weight * place[axis]
             # A contact across the sole's normal pushes on the rim of the foot.
-            if normal_force > 0.0 and abs(slope) < STEEP and counts[0] < len(rim):
+            if normal_force > 0.0 and abs(slope) < RIM_COSINE and counts[0] < len(rim):
                 entry = rim[counts[0]]
                 entry[0] = own
                 for axis in range(3):

@@ -25,10 +25,10 @@ from emulator.engine.mujoco.simulation import Simulation, describe_robot
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
 Places = NDArray[np.int64]
-_LAYERS: Final = 8
+_MAX_INNER_SURFACES: Final = 8
 """Surfaces that a ray leaves from inside before it is given up."""
-_ON: Final = 1e-6
-"""How far behind a surface a ray goes on, as a fraction of its length."""
+_RAY_RESTART: Final = 1e-6
+"""Distance behind a surface at which a ray continues, as a fraction of its length."""
 _NO_DRIVES: Final = np.zeros(0, DRIVE)
 
 
@@ -98,7 +98,7 @@ def _read_joints(
 
 
 def hits(simulation: Simulation, starts: Array, ends: Array, seen: Sequence[int]) -> list[RayHit]:
-    """The first surface of each ray that it meets from outside.
+    """The first surface that each ray hits from outside.
 
     Args:
         simulation: The world.
@@ -138,7 +138,7 @@ def _cast(
         gone = 0.0
         for axis in range(3):
             way[axis] = ends[i, axis] - starts[i, axis]
-        for _ in range(_LAYERS):
+        for _ in range(_MAX_INNER_SURFACES):
             for axis in range(3):
                 begin[axis] = starts[i, axis] + gone * way[axis]
             places = (
@@ -159,7 +159,7 @@ def _cast(
                     found[i, 1 + axis] = starts[i, axis] + gone * way[axis]
                     found[i, 4 + axis] = normal[axis]
                 break
-            gone += _ON  # it left a shape from inside
+            gone += _RAY_RESTART  # it left a shape from inside
 
 
 class MujocoEngine(Engine):

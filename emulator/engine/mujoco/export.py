@@ -22,7 +22,7 @@ from emulator.engine.mujoco.simulation import HOOK, MujocoModel, Simulation, des
 from emulator.engine.shapes import FOOT_LINKS
 from emulator.engine.values import PhysicsSettings, Surface
 
-_NARROW: Final = 1e-6
+_LEAST_GEAR_RANGE: Final = 1e-6
 """Width of a gear's range without backlash, rad: MuJoCo takes no empty one."""
 
 
@@ -109,7 +109,7 @@ def _add_gear(spec: Any, motor: Any, drive: Drive) -> None:
     tendon.wrap_joint(drive.joint, 1.0)
     tendon.solref_friction, tendon.solimp_friction = motor.solref_friction, motor.solimp_friction
     if drive.geared:
-        half = 0.5 * max(drive.backlash, _NARROW)
+        half = 0.5 * max(drive.backlash, _LEAST_GEAR_RANGE)
         spec.body(drive.joint).add_joint(
             name=_gear(drive.joint),
             type=mujoco.mjtJoint.mjJNT_HINGE,

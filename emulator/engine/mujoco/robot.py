@@ -21,8 +21,8 @@ from emulator.engine.values import TorsoState
 from emulator.poses import Pose
 from emulator.vectors import Rotation, rotate
 
-TOUCH: Final = 0.001
-"""Up to which distance MuJoCo looks for two things that touch, m."""
+MAX_CONTACT_DISTANCE: Final = 0.001
+"""Distance up to which MuJoCo reports two things as touching, m."""
 
 
 class MujocoRobot(Multibody):
@@ -63,14 +63,14 @@ class MujocoRobot(Multibody):
         """Places of the joints in MuJoCo's vectors, and these: of `steps.run_steps`."""
         return self._angles, self._dofs, self._qpos, self._qvel, self._force, self._pushes
 
-    def _look_now(self) -> None:
-        """Let the poses of bodies be those of now."""
+    def _update_placements(self) -> None:
+        """Update the poses of all bodies."""
         self._simulation.bring_up_to_date()
         self.find()
 
     def poses(self) -> tuple[Array, Array]:
         """Positions, m, and quaternions w, x, y, z of all bodies now, in MuJoCo's order."""
-        self._look_now()
+        self._update_placements()
         return self._positions, self._turns
 
     def read(self) -> None:
@@ -121,14 +121,14 @@ class MujocoRobot(Multibody):
 
     def torso(self) -> TorsoState:
         """See `Multibody`."""
-        self._look_now()
+        self._update_placements()
         return TorsoState(
             *_frame(self._positions, self._turns, self._matrices, self._qvel, self._torso, self._free)
         )
 
     def link_pose(self, link: str) -> Pose:
         """See `Multibody`."""
-        self._look_now()
+        self._update_placements()
         body = self._bodies[link]
         x, y, z = self._positions[body].tolist()
         return Pose((x, y, z), xyzw(self._turns[body]))
@@ -196,7 +196,7 @@ class MujocoRobot(Multibody):
     def _depths(self, pairs: Iterable[tuple[int, int]]) -> float:
         """Least distance of pairs of geoms that touch, m; infinite if none does."""
         model, data = self._simulation.model, self._simulation.now
-        distances = [mujoco.mj_geomDistance(model, data, a, b, TOUCH, None) for a, b in pairs]
+        distances = [mujoco.mj_geomDistance(model, data, a, b, MAX_CONTACT_DISTANCE, None) for a, b in pairs]
         return min((float(d) for d in distances if d <= 0.0), default=np.inf)
 
 

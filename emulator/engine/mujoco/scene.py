@@ -26,16 +26,16 @@ from emulator.poses import ORIGIN, Pose, compose, matrix
 
 FLOOR: Final = "floor"
 """Body of the floor and of all that is fixed on it."""
-_BELOW: Final = 0.05
-"""How far a heightfield reaches down, m."""
+_HEIGHTFIELD_DEPTH: Final = 0.05
+"""Depth of a heightfield's base, m."""
 
 
 @dataclass
 class _Object:
-    """Something in the scene."""
+    """A thing in the scene."""
 
     pose: Pose
-    """Where it was put: fixed things in the floor frame, others in the world."""
+    """Pose when added: fixed things in the floor frame, others in the world."""
     body: Any = None
     """MuJoCo's description of a movable body; None: fixed on the floor."""
     geoms: tuple[Any, ...] = ()
@@ -68,7 +68,7 @@ class MujocoScene(Scene):
         self._set_frictions()
 
     def _add(self, body: Any, kind: str, *, mass: float = 0.0, **options: Any) -> tuple[Any, ...]:
-        """Give a body a shape, once for each kind of thing that it meets."""
+        """Give a body a shape, once for each kind of thing that it can touch."""
         group = OBJECT_GROUP if kind == "object" else GROUND_GROUP
         others = ("for the shell", "object") if kind == "object" else ("for the shell",)
         soles = contact_options(f"{kind} for soles", self._step)
@@ -86,7 +86,7 @@ class MujocoScene(Scene):
         self._simulation.changed()
 
     def set_robot(self, body: Body) -> None:
-        """Let a robot's soles and shell meet the surface."""
+        """Enable contact of a robot's soles and shell with the surface."""
         self._body, self._shell = body, body.shapes.shell_friction
         self._set_frictions()
 
@@ -140,7 +140,7 @@ class MujocoScene(Scene):
             name=name,
             nrow=rows,
             ncol=columns,
-            size=(0.5 * spacing * (columns - 1), 0.5 * spacing * (rows - 1), span, _BELOW),
+            size=(0.5 * spacing * (columns - 1), 0.5 * spacing * (rows - 1), span, _HEIGHTFIELD_DEPTH),
             userdata=((heights - low) / span).ravel().tolist(),
         )
         pose = Pose((at[0], at[1], at[2] + low))

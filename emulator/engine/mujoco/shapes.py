@@ -1,7 +1,7 @@
 """Shapes, soles and contact parameters in MuJoCo.
 
-A sole meets the floor's plane with points, because MuJoCo gives a mesh on a plane three contacts at most;
-everything else meets the sole's prism. Both are made springs by `emulator.engine.mujoco.shapes`. The soft
+A sole touches the floor's plane with points, because MuJoCo gives a mesh on a plane three contacts at most;
+everything else touches the sole's prism. Both are made springs by `emulator.engine.mujoco.shapes`. The soft
 constraints between all others are set as stiff as the step allows.
 
 Springs of a given stiffness from MuJoCo's soft constraints.
@@ -49,21 +49,21 @@ from emulator.engine.values import Surface
 
 Numbers = tuple[float, ...]
 SOLE_POINTS: Final = 8
-"""Points of the outline that meet the floor: the hull of these is within 1 mm of the whole outline's."""
+"""Contact points of the outline with the floor: their hull is within 1 mm of the whole outline's."""
 _PRISM_POINTS: Final = 4
 """Contacts that MuJoCo finds between a prism and the flat side of a box."""
 TOP_POINTS: Final = 4
-"""Points of the foot's upper side, for a foot that lies on the floor."""
+"""Points of the foot's upper side, for a foot upside down on the floor."""
 POINT_RADIUS: Final = 0.001
 """Of the ball at each point, m."""
 TIME_CONSTANT_STEPS: Final = 3.0
 """Time constant of the contacts and stops in physics steps; MuJoCo takes no less than two."""
-STIFF: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
+IMPEDANCE: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
 """Impedance of contacts, stops and the hips' gear: how little a constraint gives way to its load."""
 GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP, HIDDEN_GROUP = range(4)
 """Geom groups, for rays and pictures; hidden ones are neither hit nor seen."""
 _POINT, _SOLE, _LINK, _OBJECT = 1, 2, 4, 8
-"""Bits by which MuJoCo chooses the pairs that can touch; limbs that meet are pairs of their own."""
+"""Bits by which MuJoCo chooses the pairs that can touch; limbs that can are pairs of their own."""
 MASKS: Final[dict[str, tuple[int, int]]] = {
     "sole point": (_POINT, 0),
     "sole": (_SOLE, 0),
@@ -206,7 +206,7 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
         "priority": _PRIORITY.get(kind, 2),
         "solmix": 1.0 if kind in _SOLES else 0.0,
         "solref": (TIME_CONSTANT_STEPS * step, 1.0),
-        "solimp": STIFF,
+        "solimp": IMPEDANCE,
         "friction": (0.0, 0.0, 0.0),
     }
 
@@ -232,7 +232,7 @@ def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float) -
 
 
 def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
-    """Give a foot the points by which it meets the floor: those of its bed, and its upper side's.
+    """Give a foot its contact points with the floor: those of its bed, and its upper side's.
 
     Args:
         body: Data sheet.
@@ -257,8 +257,8 @@ def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
             geom.condim = 4
 
 
-def let_limbs_meet(spec: Any, body: Body, step: float) -> None:
-    """Pairs of links that can meet each other; MuJoCo tries no others of the robot.
+def add_limb_pairs(spec: Any, body: Body, step: float) -> None:
+    """Pairs of links that can touch each other; MuJoCo tries no others of the robot.
 
     Args:
         spec: With the links' shapes.
@@ -275,7 +275,7 @@ def let_limbs_meet(spec: Any, body: Body, step: float) -> None:
             condim=3,
             friction=(friction, friction, 0.0, 0.0, 0.0),
             solref=(TIME_CONSTANT_STEPS * step, 1.0),
-            solimp=STIFF,
+            solimp=IMPEDANCE,
         )
 
 

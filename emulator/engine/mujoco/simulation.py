@@ -18,18 +18,18 @@ from emulator.compiled import compiled
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.native import mj_com_pos, mj_kinematics
 from emulator.engine.mujoco.shapes import (
-    STIFF,
+    IMPEDANCE,
     TIME_CONSTANT_STEPS,
+    add_limb_pairs,
     add_link_shape,
     add_sole_points,
-    let_limbs_meet,
 )
 from emulator.engine.shapes import FOOT_LINKS, collision_pairs, link_shapes
 from emulator.engine.values import PhysicsSettings
 
 _NO_MIDPHASE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
-_FEW: Final = 32
-"""Geoms of a body up to which looking at each is faster than a tree of them."""
+_MAX_FLAT_GEOMS: Final = 32
+"""Geoms of a body up to which testing each is faster than a tree of them."""
 GEAR: Final = "hips"
 """Name of the equality that couples the two HipYawPitch joints."""
 HOOK: Final = "hook"
@@ -117,7 +117,7 @@ class Simulation:
     def _choose_midphase(self) -> None:
         """Use MuJoCo's tree of geoms only for bodies with many, such as a field of tiles."""
         self._model.opt.disableflags &= ~_NO_MIDPHASE
-        if self._model.body_geomnum.max() <= _FEW:
+        if self._model.body_geomnum.max() <= _MAX_FLAT_GEOMS:
             self._model.opt.disableflags |= _NO_MIDPHASE
 
     @property
@@ -148,7 +148,7 @@ class Simulation:
         return self._data
 
     def moved(self) -> None:
-        """Something was put elsewhere: poses of bodies must be computed again."""
+        """Note a change of state from outside: poses of bodies must be computed again."""
         self._moved = True
 
     def step(self) -> None:
@@ -175,7 +175,7 @@ class MujocoModel:
     hinges: dict[str, Any]
     """Descriptions of the joints by name."""
     pairs: tuple[tuple[str, str], ...]
-    """Links that meet each other."""
+    """Links that can touch each other."""
     hook: Any
     """Description of the weld that can hold a free torso; None: the torso is held for good."""
 
@@ -205,7 +205,7 @@ def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, 
             limited=True,
             range=(sheet.lower, sheet.upper),
             solref_limit=(TIME_CONSTANT_STEPS * step, 1.0),
-            solimp_limit=STIFF,
+            solimp_limit=IMPEDANCE,
             # of a blocked joint
             solref_friction=(2.0 * step, 1.0),
             solimp_friction=(0.999, 0.9999, 0.001, 0.5, 2.0),
@@ -217,14 +217,14 @@ def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, 
         add_link_shape(spec, bodies[name], name, shape, step)
     for side, name in FOOT_LINKS.items():
         add_sole_points(body, side, bodies[name], step)
-    let_limbs_meet(spec, body, step)
+    add_limb_pairs(spec, body, step)
     # one motor turns both HipYawPitch joints by the same angle
     gear = spec.add_equality(
         name=GEAR, type=mujoco.mjtEq.mjEQ_JOINT, name1="LHipYawPitch", name2="RHipYawPitch"
     )
     gear.objtype = mujoco.mjtObj.mjOBJ_JOINT
     gear.data[:5] = (0.0, 1.0, 0.0, 0.0, 0.0)
-    gear.solref, gear.solimp = (TIME_CONSTANT_STEPS * step, 1.0), STIFF
+    gear.solref, gear.solimp = (TIME_CONSTANT_STEPS * step, 1.0), IMPEDANCE
     hook = None if held else _add_hook(spec, step)
     simulation.changed()
     return MujocoModel(tuple(hinges), held, torso, hinges, tuple(sorted(collision_pairs(body))), hook)
@@ -237,7 +237,7 @@ def _add_hook(spec: Any, step: float) -> Any:
     weld.objtype = mujoco.mjtObj.mjOBJ_BODY
     # anchor; the torso in the hook's frame, position and quaternion; weight of the rotation
     weld.data[:11] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    weld.solref, weld.solimp = (TIME_CONSTANT_STEPS * step, 1.0), STIFF
+    weld.solref, weld.solimp = (TIME_CONSTANT_STEPS * step, 1.0), IMPEDANCE
     return weld
 
 

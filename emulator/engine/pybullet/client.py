@@ -14,7 +14,7 @@ def _silent() -> Iterator[None]:
     """Suppress output of compiled code on the standard streams: PyBullet prints its build time."""
     kept: dict[int, int] = {}
     for descriptor in (1, 2):
-        with contextlib.suppress(OSError):  # closed by whoever started this
+        with contextlib.suppress(OSError):  # closed by the parent
             kept[descriptor] = os.dup(descriptor)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
@@ -47,6 +47,6 @@ def connect() -> int:
 
 
 def disconnect(client: int) -> None:
-    """Free a client; harmless when it is gone already."""
+    """Free a client; no effect on one that is freed already."""
     if bullet.isConnected(client):
         bullet.disconnect(client)

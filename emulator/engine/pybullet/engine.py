@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from bridge.body import TORSO, Body
 from bridge.types import SIDES, Array, Vec3
 from emulator.engine.base import Engine
-from emulator.engine.contacts import STEEP, Stops, ground_contacts
+from emulator.engine.contacts import RIM_COSINE, Stops, ground_contacts
 from emulator.engine.pybullet.client import bullet, connect, disconnect
 from emulator.engine.pybullet.model import BASE, BulletModel, build_model
 from emulator.engine.pybullet.robot import BulletRobot
@@ -129,7 +129,7 @@ class _FootReaction:
         self._px += weight * place[0]
         self._py += weight * place[1]
         self._pz += weight * place[2]
-        if normal_force > 0.0 and abs(n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]) < STEEP:
+        if normal_force > 0.0 and abs(n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]) < RIM_COSINE:
             self.rim.append(place)
 
 
@@ -139,9 +139,9 @@ SOLVER_RESIDUAL: Final = 1e-10
 """Converged when the squared change of all impulses is below this. PyBullet's own 1e-7 leaves a standing
 robot's contact forces alternating by 0.3 % from step to step; 1e-10 leaves 3e-5 and costs 8 % of a step."""
 _WITHOUT_MASS: Final = 2
-"""PyBullet's collision group of bodies without mass: rays with this mask meet the ground and not the robot."""
+"""PyBullet's collision group of bodies without mass: rays with this mask hit the ground and not the robot."""
 _EVERYTHING: Final = -1
-_CLIP: Final = (0.05, 5.0)
+_NEAR_FAR: Final = (0.05, 5.0)
 """Minimum and maximum distance that a camera sees, m."""
 
 
@@ -230,7 +230,7 @@ class BulletEngine(Engine):
         """See `Engine`."""
         width, height = camera.width, camera.height
         view = bullet.computeViewMatrix(camera.eye, camera.target, (0.0, 0.0, 1.0))
-        lens = bullet.computeProjectionMatrixFOV(math.degrees(camera.field_of_view), width / height, *_CLIP)
+        lens = bullet.computeProjectionMatrixFOV(math.degrees(camera.field_of_view), width / height, *_NEAR_FAR)
         image: Any = bullet.getCameraImage(
             width, height, view, lens, renderer=bullet.ER_TINY_RENDERER, physicsClientId=self.client
         )[2]

@@ -44,7 +44,7 @@ GEAR_TORQUE: Final = 100.0
 GEAR_ERP: Final = 0.2
 """Fraction of a difference between the two hips that one physics step takes back."""
 HULL_MARGIN: Final = 0.001
-"""Margin that PyBullet adds below a convex hull that meets a plane, m (measured; fixed on links)."""
+"""Margin that PyBullet adds below a convex hull on a plane, m (measured; fixed on links)."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
 _HERE: Final = (0.0, 0.0, 0.0)
 _PAD: Final = " pad"
@@ -108,7 +108,7 @@ class BulletModel:
     sole_area: float
     """Length x width of a sole, m^2."""
     pairs: tuple[tuple[int, int], ...]
-    """Numbers of the links that meet each other."""
+    """Numbers of the links that can touch each other."""
     masses: tuple[float, ...]
     """Torso first, then the links in joint order, kg."""
     torso_com: Vec3
@@ -301,7 +301,7 @@ def _set_friction(client: int, robot: int, number: Mapping[str, int], shell: flo
 def _set_collisions(
     client: int, robot: int, number: Mapping[str, int], body: Body
 ) -> tuple[tuple[int, int], ...]:
-    """Let the limbs meet that can (`collision_pairs`), and no others; the pairs by PyBullet's numbers."""
+    """Enable contact of the limbs that can touch (`collision_pairs`) alone; the pairs by PyBullet's numbers."""
     shapes, meeting = link_shapes(body), collision_pairs(body)
     shaped = [name for name in number if name in shapes or name.endswith(_PAD)]
     pairs = []

@@ -23,7 +23,7 @@ from emulator.engine.values import Surface
 from emulator.poses import ORIGIN, Pose, compose, matrix
 from emulator.vectors import add, cross, scaled
 
-_POINTS = 4
+_MAX_CONTACTS = 4
 """Contact points that PyBullet keeps of a hull or a box on a plane."""
 _FLOOR: Final = ""
 """Name of the floor among the bodies."""
@@ -38,7 +38,7 @@ def soften_soles(robot: BulletModel, surface: Surface) -> None:
         robot: With soles and pads.
         surface: Under it.
     """
-    stiffness = surface.stiffness_per_area * robot.sole_area / _POINTS
+    stiffness = surface.stiffness_per_area * robot.sole_area / _MAX_CONTACTS
     shares = ((robot.feet, OUTER_SHARE), (robot.pads, 1.0 - OUTER_SHARE))
     for links, share in shares:
         for link in links.values():
@@ -57,7 +57,7 @@ class BulletScene(Scene):
 
     PyBullet multiplies the friction coefficients of two partners. The robot and movable boxes without a
     coefficient of their own have 1, so that the floor's is that of the pair. Known weakness: a movable box with
-    one of its own meets the floor with the product of both.
+    one of its own touches the floor with the product of both.
 
     Args:
         client: An empty physics client.
@@ -118,7 +118,7 @@ class BulletScene(Scene):
         self._soften()
 
     def add_soles(self, robot: BulletModel) -> None:
-        """Let a robot's soles meet the surface."""
+        """Enable contact of a robot's soles with the surface."""
         self._soles = robot
         self._soften()
 

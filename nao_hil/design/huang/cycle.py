@@ -15,7 +15,7 @@ from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
 from bridge.types import Array
 from nao_hil.design.huang.motions import Linear, sample_x, sample_y
-from nao_hil.design.huang.table import BLOCK, ZmpTable
+from nao_hil.design.huang.table import BLOCK_SIZE, ZmpTable
 from walker.gaits.huang.foot import FootPath, FootShape, Placement
 from walker.gaits.huang.hip import Choice, hip_x, hip_y, hip_z
 from walker.gaits.huang.multibody import Ankle, Bodies
@@ -93,7 +93,7 @@ class CycleSupport:
             y: of the same shape.
         """
         found = np.empty_like(x)
-        rows = max(1, BLOCK // x.shape[1])
+        rows = max(1, BLOCK_SIZE // x.shape[1])
         for begin in range(0, len(x), rows):
             part = slice(begin, begin + rows)
             furthest = np.full_like(x[part], -np.inf)
@@ -103,7 +103,7 @@ class CycleSupport:
         return found
 
 
-SAMPLE: Final = 0.01
+SAMPLE_TIME: Final = 0.01
 """Time between the moments of a cycle at which the margin is computed, s."""
 
 
@@ -120,7 +120,7 @@ class Cycle:
         ConfigurationError: parameters out of their bounds.
     """
 
-    def __init__(self, p: HuangParameters, body: Body, arms: dict[str, float], dt: float = SAMPLE) -> None:
+    def __init__(self, p: HuangParameters, body: Body, arms: dict[str, float], dt: float = SAMPLE_TIME) -> None:
         check_bounds(p)
         self.p, self.bodies = p, Bodies(body, arms)
         self.times: Array = np.arange(0.0, p.T_c - 1e-9, dt).astype(np.float64)

@@ -24,14 +24,14 @@ from walker.gaits.pose import ARMS
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-LEVEL: Final = 2.5
+LEVEL_SPACING: Final = 2.5
 """mm between two colours of the margin."""
 DT: Final = 0.005
 """s; sampling of the walk that is drawn."""
 STEPS: Final = 6
-_STICKS: Final = 6
+_POSES_PER_CYCLE: Final = 6
 """Figures per cycle."""
-_SPREAD: Final = 0.17
+_POSE_SPACING: Final = 0.17
 """m, between them."""
 
 
@@ -74,7 +74,7 @@ def _margin(cycle: Cycle, choice: Choice) -> Any:
     _, surface = along(cycle, choice)
     figure, axes = plt.subplots(figsize=(7.0, 5.6), layout="constrained")
     lowest, highest = max(1e3 * surface.margin.min(), -30.0), 1e3 * surface.margin.max()
-    levels = LEVEL * np.arange(np.floor(lowest / LEVEL), np.ceil(highest / LEVEL) + 1.0)
+    levels = LEVEL_SPACING * np.arange(np.floor(lowest / LEVEL_SPACING), np.ceil(highest / LEVEL_SPACING) + 1.0)
     filled = axes.contourf(
         1e3 * surface.first, 1e3 * surface.second, 1e3 * surface.margin.T, levels, extend="min", cmap="viridis"
     )
@@ -99,7 +99,7 @@ def _margin(cycle: Cycle, choice: Choice) -> Any:
 
 
 def _zmp(cycle: Cycle, choice: Choice) -> Any:
-    """The ZMP in the support polygons, and its coordinates beside the pendulum's."""
+    """The ZMP in the support polygons, and its coordinates with the pendulum's."""
     x, y = cycle.zmp(choice)
     p_x, p_y = cycle.pendulum_zmp(choice)
     margins = cycle.support.margins(x[:, None], y[:, None])[:, 0]
@@ -167,10 +167,10 @@ def _sticks(
     along_sole = [x for x, _ in body.foot.sole]
     figure, axes = plt.subplots(figsize=(12.0, 4.2), layout="constrained")
     first = next(i for i, (r, _) in enumerate(walk) if r.step >= STEPS - 3)
-    shown = walk[first :: round(p.T_c / _STICKS / DT)][: 2 * _STICKS + 1]
+    shown = walk[first :: round(p.T_c / _POSES_PER_CYCLE / DT)][: 2 * _POSES_PER_CYCLE + 1]
     for i, (plan, pose) in enumerate(shown):
         frames = bodies.frames(*pose)
-        shift = _SPREAD * i - pose[0][0]
+        shift = _POSE_SPACING * i - pose[0][0]
         for side, colour in (("R", "tab:red"), ("L", "tab:blue")):
             hip, knee, ankle = (
                 frames[place[f"{side}{joint}"], :3, 3] for joint in ("HipPitch", "KneePitch", "AnklePitch")
@@ -186,7 +186,7 @@ def _sticks(
     axes.axhline(0.0, color="0.6", lw=0.8)
     axes.set(
         aspect="equal",
-        xlabel=f"mm; the figures stand {1e3 * _SPREAD:.0f} mm apart, {p.T_c / _STICKS:.2f} s",
+        xlabel=f"mm; the figures stand {1e3 * _POSE_SPACING:.0f} mm apart, {p.T_c / _POSES_PER_CYCLE:.2f} s",
         ylabel="z, mm",
     )
     axes.set_title("Two cycles from the side: left leg blue, right leg red; thick where the foot bears")

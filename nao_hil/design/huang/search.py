@@ -24,7 +24,7 @@ from walker.gaits.huang.parameters import HuangParameters
 from walker.gaits.huang.spline import even
 
 MEAN_WEIGHT: Final = 0.02
-"""Weight of the mean margin over the cycle beside the minimum. The minimum has flat tops, of which the mean
+"""Weight of the mean margin over the cycle against the minimum. The minimum has flat tops, of which the mean
 picks a point; it costs less than 0.05 mm of the minimum."""
 
 

@@ -1,6 +1,6 @@
 """Other times and heights with more margin: a study that can be continued.
 
-Searched beside x_sd, x_ed, y_d and y_m, which each trial finds by itself: T_d, T_m, H_min, H_max and H_ao.
+The search is over T_d, T_m, H_min, H_max and H_ao; each trial finds x_sd, x_ed, y_d and y_m by itself.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from walker.gaits.catalogue import check_walkable
 from walker.gaits.huang import HuangGait, HuangParameters
 from walker.gaits.pose import ARMS
 
-COARSE: Final = 12
-"""Points of a trial's grid along each dimension; the refinement goes between them."""
+COARSE_GRID: Final = 12
+"""Points of a trial's grid along each dimension; the refinement is between them."""
 
 
 def improve(
@@ -66,7 +66,7 @@ def improve(
         """Of one trial; a gait that cannot be walked is pruned."""
         tried = _tried(p, {name: trial.suggest_float(name, *_range(p, name)) for name in _vector(p)})
         try:
-            found = search(Cycle(tried, body, ARMS), COARSE)
+            found = search(Cycle(tried, body, ARMS), COARSE_GRID)
             check_walkable(body, HuangGait(msgspec.structs.replace(tried, **found.choice._asdict()), body))
         except ConfigurationError as error:
             trial.set_user_attr("refused", str(error))

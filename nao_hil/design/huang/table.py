@@ -22,7 +22,7 @@ from walker.gaits.huang.multibody import STEP, Bodies
 NODES: Final = 7
 MIN_HALF_SPAN: Final = 2e-3
 """Minimum of half the range over which the factors are tabulated, m."""
-BLOCK: Final = 16384
+BLOCK_SIZE: Final = 16384
 """Points of time and motion that are evaluated at once: they fit into the processor's cache."""
 FramesAt = Callable[[float, float], Array]
 """Time, s, and u, m, to the frames of all bodies."""
@@ -88,7 +88,7 @@ class ZmpTable:
         # x = sum(x factors) / sum(weight factors), each a polynomial in the place within the range, by blocks.
         x, y = np.empty_like(u.position), np.empty_like(u.position)
         times, motions = u.position.shape
-        rows = max(1, BLOCK // motions)
+        rows = max(1, BLOCK_SIZE // motions)
         for begin in range(0, times, rows):
             part = slice(begin, begin + rows)
             s = (u.position[part] - self._middle[part, None]) / self._half[part, None]

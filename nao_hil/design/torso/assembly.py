@@ -24,7 +24,7 @@ class PI:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TorsoDesign:
-    """A torso controller, the plant it was designed for, and the figures of their loop.
+    """A torso controller, its plant, and the figures of their loop.
 
     The controller's input is the torso pitch error, its output the lean (see `torso.sign`), both rad.
     """

@@ -61,7 +61,7 @@ class DesignedTorso(NamedTuple):
 
 
 def shipped_inputs(gait: str, changes: Mapping[str, Any]) -> DesignInputs:
-    """The inputs that stand beside the shipped designs of a gait, or the defaults for a gait without designs.
+    """The inputs of the shipped designs of a gait, or the defaults for a gait without designs.
 
     Args:
         gait: name.
@@ -96,7 +96,7 @@ def design_torso(inputs: DesignInputs, cycles: Iterable[float] = CYCLES) -> Desi
         cycles: cycle times of the robots, s.
 
     Raises:
-        ConfigurationError: the specification cannot be met on this plant; says why.
+        ConfigurationError: the specification cannot be met on this plant; with the reason.
     """
     plant = transfer_function(inputs.plant)
     cycles = tuple(cycles)

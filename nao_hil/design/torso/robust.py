@@ -87,7 +87,7 @@ class RobustSearch:
         return control.tf(top, bottom), PI(T_i, V_i)
 
     def evaluate(self, x: Array) -> tuple[float, Array]:
-        """Logarithm of the squared-error integral, and the constraints, shape (3 plants + 1,), met if >= 0."""
+        """Logarithm of the squared-error integral, and the constraints, (3 plants + 1,), satisfied if >= 0."""
         key = x.tobytes()
         if key not in self._cache:
             self._cache[key] = self._evaluate(x)
@@ -124,7 +124,7 @@ class RobustSearch:
         closed = np.convolve(bottom, plant[1])
         closed[len(closed) - len(forward) :] += forward
         radius = float(np.abs(np.roots(closed)).max())
-        # Until 1 % is left: no overshoot comes later. One second shows that a response grows.
+        # Until 1 % is left: no overshoot is later. One second shows that a response grows.
         steps = math.log(0.01) / math.log(radius) if radius < 1.0 else 0.0
         samples = int(min(max(steps, 1.0 / self._sample_time), 20.0 / self._sample_time))
         padded = np.concatenate([np.zeros(len(closed) - len(forward)), forward])
@@ -168,7 +168,7 @@ def _tustin_matrix(order: int, sample_time: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class WorstCase:
-    """The worst of several plants under one controller; each figure may come from another plant."""
+    """The worst of several plants under one controller; each figure may be of another plant."""
 
     stable: bool
     """On every plant."""

@@ -80,7 +80,7 @@ def to_q(system_z: control.TransferFunction) -> control.TransferFunction:
     order = _order(system_z)
     numerator_q = _substitute(numerator(system_z), order, [half, 1.0], [-half, 1.0])
     denominator_q = _substitute(denominator(system_z), order, [half, 1.0], [-half, 1.0])
-    # A pole at z = 1 is one at q = 0, up to rounding: it must not come out as a pole beside the origin.
+    # A pole at z = 1 is one at q = 0, up to rounding: it must not end up as a pole near the origin.
     denominator_q[np.abs(denominator_q) < 1e-12 * np.abs(denominator_q).max()] = 0.0
     scale = denominator_q[np.flatnonzero(denominator_q)[-1]]
     return control.tf(numerator_q / scale, denominator_q / scale)

@@ -29,7 +29,7 @@ class BehaviorManager:
     """`ALBehaviorManager` of a robot on which the project is installed; other behaviours are the robot's.
 
     Args:
-        player: plays the behaviour that was named.
+        player: plays the named behaviour.
         project: folder.
         idle: time without anything running after which a behaviour ends, s.
     """

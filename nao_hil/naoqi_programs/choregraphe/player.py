@@ -49,7 +49,7 @@ class Player:
         self.could_not: list[str] = []
         """Omitted steps, one sentence each."""
         self.ended = threading.Event()
-        """The outermost box was left, or the player was stopped."""
+        """The outermost box has ended, or the player is stopped."""
         self._lock = threading.Lock()
         self._running = 0
         self._last = time.monotonic()
@@ -130,7 +130,7 @@ class Player:
         self.start(lambda: running.stimulate("onStart", None))
 
     def waiting(self) -> Iterator[str]:
-        """A sentence for each box that was started and waits for an event."""
+        """A sentence for each started box that waits for an event."""
         for running in self._boxes:
             events = [*running.box.events.values(), *_SUBSCRIBES.findall(running.box.script)]
             if running.active and events:
@@ -143,7 +143,7 @@ class Player:
             running.unload()
 
     def subscribe(self, event: str, told: Callable[[Any], None]) -> None:
-        """Be told of each new value of an event of ALMemory."""
+        """Call `told` with each new value of an event of ALMemory."""
         subscriber = self.services("ALMemory").subscriber(event)
         subscriber.signal.connect(lambda value: self.start(lambda: told(value)))
         self._subscribers.append(subscriber)
@@ -169,12 +169,12 @@ class Player:
 
 
 class RunningBox:
-    """A box that was reached.
+    """A box that the flow has reached.
 
     Args:
         player: plays it.
         box: its description.
-        emit: told of each output by name, with its value.
+        emit: called with the name and the value of each output.
         parent: box around it; None: it is the outermost.
     """
 
@@ -264,7 +264,7 @@ class RunningBox:
                     self._inner_box(number, diagram, target).load()
 
     def _notice(self, name: str, value: Any) -> None:
-        """An event: it counts once the box was started, unless it cannot be started."""
+        """An event: it counts once the box has started, unless it cannot be started."""
         if self.active or not (self._linked_to_start() or self.parent is None):
             self.stimulate(name, value)
 
@@ -287,7 +287,7 @@ class RunningBox:
             self._call("onUnload", None)
 
     def _call(self, method: str, value: Any) -> None:
-        """Call a method of the script; when it fails the flow goes on behind the box."""
+        """Call a method of the script; when it fails the flow continues behind the box."""
         function = getattr(self._script, method, None)
         if function is None:
             return

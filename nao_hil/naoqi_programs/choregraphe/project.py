@@ -22,7 +22,7 @@ PARENT: Final = 0
 
 @dataclass(frozen=True)
 class BoxLink:
-    """From an output of a box to an input of one; of the box around the diagram it is the other way round."""
+    """A link from an output of a box to an input of one; reversed for the box around the diagram."""
 
     source: int
     output: int

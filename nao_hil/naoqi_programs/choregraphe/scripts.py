@@ -144,7 +144,7 @@ def _logger(name: str) -> Any:
 
 
 def _timeline_methods(running: ScriptedBox) -> dict[str, Any]:
-    """Methods that play the box's own timeline, and the one that the box is in (`...Parent`)."""
+    """Methods that play the box's own timeline, and the enclosing one (`...Parent`)."""
 
     def go_to(whose: str, frame: Any, *, plays: bool) -> None:
         """Move a timeline on."""

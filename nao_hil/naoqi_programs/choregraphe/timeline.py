@@ -37,11 +37,11 @@ class Timeline:
         self._running, self._box = running, running.box
         self._changed = threading.Condition()
         self._order: tuple[float | None, bool] | None = None
-        """Frame to go to (None: here), and whether to play on."""
+        """Frame to jump to (None: the present one), and whether to play on."""
         self._stopped = self._plays = False
 
     def go_to(self, frame: float | None, *, plays: bool) -> None:
-        """Go on from a frame, or rest there."""
+        """Continue from a frame, or rest there."""
         with self._changed:
             self._order = frame, plays
             idle = not self._plays
@@ -96,7 +96,7 @@ class Timeline:
         Args:
             frame: where it begins.
             began: monotonic clock, s.
-            again: whether a script went to the frame, so that a diagram there begins, too.
+            again: whether a script jumped to the frame, so that a diagram there begins, too.
         """
         box, running = self._box, self._running
         moving = [curve for curve in (_behind(curve, frame) for curve in box.curves) if curve.frames]
@@ -119,7 +119,7 @@ class Timeline:
         return True
 
     def _wait_until(self, moment: float) -> bool:
-        """Wait for a moment of the monotonic clock, s; whether an order or the end came before."""
+        """Wait for a moment of the monotonic clock, s; whether an order or the end is earlier."""
         with self._changed:
             while self._order is None and not self._stopped and not self._running.player.ended.is_set():
                 left = moment - time.monotonic()

@@ -391,7 +391,7 @@ def clipData(lower: float, upper: float, value: float) -> float:
 
 
 def clipFootWithEllipse(maxFootX: float, maxFootY: float, move: Pose2D) -> bool:
-    """Bring a step back onto an ellipse, along its direction; whether it was outside.
+    """Move a step back onto an ellipse, along its direction; whether it was outside.
 
     Args:
         maxFootX: half axis of the ellipse along x, m.
@@ -413,8 +413,8 @@ def avoidFootCollision(
     Args:
         lFootBox: corners of the left foot in its own frame, around it clockwise, m.
         rFootBox: those of the right foot.
-        isLeftSupport: the left foot stands, and the right one moves.
-        move: the step, in the frame of the foot that stands; changed.
+        isLeftSupport: the left foot supports, and the right one moves.
+        move: the step, in the frame of the support foot; changed.
     """
     fixed, moving = (lFootBox, rFootBox) if isLeftSupport else (rFootBox, lFootBox)
 

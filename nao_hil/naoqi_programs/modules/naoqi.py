@@ -41,7 +41,7 @@ __all__ = [
 URL = os.environ.get("NAO_HIL_NAOQI", "tcp://127.0.0.1:9559")
 _lock = threading.RLock()
 _open: dict[str, Any] = {}
-"""The session, once somebody needed it, and under `listening` that it takes calls."""
+"""The session, once it has been needed, and under `listening` that it takes calls."""
 
 
 def _session() -> Any:
@@ -53,7 +53,7 @@ def _session() -> Any:
 
 
 class _Post:
-    """Calls of a proxy that do not wait: each gives its number, and an error goes to the robot's log."""
+    """Calls of a proxy that do not wait: each returns its number, and errors are logged by the robot."""
 
     def __init__(self, service: Any) -> None:
         self._service = service
@@ -63,7 +63,7 @@ class _Post:
 
 
 class ALProxy:
-    """A service of the robot; its methods are called as the vendor's pages say.
+    """A service of the robot; its methods are called as in the vendor's pages.
 
     Args:
         name: of the service.

@@ -1,4 +1,4 @@
-"""A folder of walks: a journal, parts of Parquet that are never changed, and tracks where they were kept."""
+"""A folder of walks: a journal, parts of Parquet that are never changed, and tracks where they are kept."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _read(folder: Path, keys: Collection[str], columns: list[str] | None) -> pa.
         ) from None
 
 
-ROWS: Final = 5000
+ROWS_PER_PART: Final = 5000
 """Of a part."""
 _EMPTY: Final = Track(np.zeros((0, WIDTH), dtype=np.float32))
 
@@ -90,7 +90,7 @@ class Dataset:
         ConfigurationError: the folder cannot be made or written.
     """
 
-    def __init__(self, folder: Path, rows: int = ROWS) -> None:
+    def __init__(self, folder: Path, rows: int = ROWS_PER_PART) -> None:
         self._folder, self._rows = folder, rows
         self._recent: dict[str, Row] = {}
         self._journal: Journal | None = None
@@ -103,7 +103,7 @@ class Dataset:
             ) from None
 
     def find(self, walks: Mapping[str, Walk]) -> dict[str, WalkOutcome]:
-        """Those that were walked before, by key; one whose track cannot be read counts as not walked.
+        """Finished walks among these, by key; one with an unreadable track counts as not walked.
 
         Args:
             walks: By key.

@@ -18,7 +18,7 @@ SUFFIX: Final = ".jsonl"
 
 
 class Journal:
-    """A file that this process alone writes; its lock tells others that its writer lives.
+    """A file that this process alone writes; its lock shows others that its writer is alive.
 
     Args:
         folder: Of the journals.
@@ -54,7 +54,7 @@ def rows_of(path: Path) -> list[Row]:
 
 
 class Abandoned:
-    """The journals of a folder whose writers are gone; locked while in the context.
+    """The journals of a folder whose writers have ended; locked while in the context.
 
     Args:
         folder: Of the journals.
@@ -77,7 +77,7 @@ class Abandoned:
                 continue
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                os.stat(path)  # gone by now: another took it
+                os.stat(path)  # missing if another process has taken it
             except OSError:
                 file.close()
                 continue

@@ -1,4 +1,4 @@
-"""Where the runs of a campaign are carried out: in this process, in local processes, on a dask cluster."""
+"""Executors of a campaign's runs: in this process, in local processes, on a dask cluster."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Executor", "Finished", "Job", "RunFailed", "WorkerRefused", "local_w
 
 
 class InlineExecutor:
-    """This process; a stop waits for the job that is under way.
+    """Runs in this process; a stop waits for the job that is under way.
 
     Args:
         stop: Once set, no further job is begun.
@@ -40,21 +40,21 @@ FORMS: Final = "`inline`, `local`, `local:N`, `tcp://HOST:PORT` or `tls://HOST:P
 
 
 def local_workers(cluster: str) -> int:
-    """How many processes of this machine a campaign may use: N of `local:N`, otherwise one per core."""
+    """Number of processes of this machine for a campaign: N of `local:N`, otherwise one per core."""
     named = re.fullmatch(r"local:(\d+)", cluster)
     return 1 if cluster == "inline" else int(named[1]) if named else len(os.sched_getaffinity(0))
 
 
 def open_executor(
-    cluster: str, stop: threading.Event | None = None, say: Callable[[str], None] = lambda _: None
+    cluster: str, stop: threading.Event | None = None, notify: Callable[[str], None] = lambda _: None
 ) -> Executor:
-    """An executor; its processes are started, or its scheduler is looked for, with the first job.
+    """An executor; it starts its processes, or connects to its scheduler, with the first job.
 
     Args:
         cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
             the scheduler of a dask cluster.
         stop: Once set, running jobs are given up.
-        say: Gets a sentence that names the cause of a wait.
+        notify: Called with a sentence that names the cause of a wait.
 
     Raises:
         ConfigurationError: none of these, or dask is not installed.
@@ -71,4 +71,4 @@ def open_executor(
         raise ConfigurationError(
             f"--cluster {cluster} needs {error.name}; install nao-hil[campaign], or say --cluster inline."
         ) from None
-    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop, say)
+    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop, notify)

@@ -6,13 +6,10 @@ import socket
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from bridge.errors import NaoHilError
 from nao_hil.runs.fingerprint import PROCESSES, library_versions, source_hash
-
-POLL: Final = 0.2
-"""s between looks at whether to stop."""
 
 
 class RunFailed(NaoHilError):

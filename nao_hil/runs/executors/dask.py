@@ -24,11 +24,11 @@ from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from bridge.errors import ConfigurationError, LinkError
-from nao_hil.runs.executors.base import POLL, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
+from nao_hil.runs.executors.base import Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
 
-ANSWER: Final = 5.0
+ANSWER_TIMEOUT: Final = 5.0
 """s that a scheduler may take to answer."""
-_QUIET: Final = 60
+_SILENT_LEVEL: Final = 60
 """Above every level of logging."""
 _NO_INTERRUPT: Final = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
 """A Ctrl-C in the terminal reaches every process of it; the command alone decides."""
@@ -60,7 +60,7 @@ class SchedulerConnection(Protocol):
         """A client.
 
         Raises:
-            OSError: nobody answers there.
+            OSError: no answer there.
         """
         ...
 
@@ -73,7 +73,7 @@ def _silence() -> None:
     """Faults are raised; dask's own log would interrupt the progress display."""
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
-            logging.getLogger(name).setLevel(_QUIET)
+            logging.getLogger(name).setLevel(_SILENT_LEVEL)
 
 
 class LocalProcesses:
@@ -98,7 +98,7 @@ class LocalProcesses:
                 threads_per_worker=1,
                 memory_limit=0,
                 dashboard_address="127.0.0.1:0",
-                silence_logs=_QUIET,
+                silence_logs=_SILENT_LEVEL,
                 preload=[_NO_INTERRUPT],
             )
         return Client(self._cluster, set_as_default=False)
@@ -131,49 +131,50 @@ class Scheduler:
         """A client."""
         _silence()
         security = Security(require_encryption=True) if self.address.startswith("tls") else None
-        return Client(self.address, timeout=ANSWER, security=security, set_as_default=False)
+        return Client(self.address, timeout=ANSWER_TIMEOUT, security=security, set_as_default=False)
 
     def close(self) -> None:
-        """Nothing was started here."""
+        """Close nothing: the cluster was not started here."""
 
 
-SPARE: Final = 16
-"""Jobs under way beyond two for each worker, when new ones were submitted."""
-FEW: Final = 4
+POLL_INTERVAL: Final = 0.2
+"""s between two checks for a stop."""
+SPARE_JOBS: Final = 16
+"""Jobs under way beyond two for each worker, when new ones are submitted."""
+FEW_SPARE_JOBS: Final = 4
 """Jobs under way beyond one for each worker, when new ones are submitted: none waits for this process."""
-RECONNECT: Final = 300.0
-"""s for which a lost scheduler is looked for, and a worker awaited."""
+MAX_LOST_TIME: Final = 300.0
+"""s for which a lost scheduler is searched for, and a worker awaited."""
 COUNT_INTERVAL: Final = 5.0
-"""s between looks at how many workers there are."""
+"""s between two counts of the workers."""
 _LOST: Final = (CancelledError, ClosedClientError, CommClosedError, OSError, TimeoutError)
 
 
 class _Lost(Exception):
-    """The scheduler is gone, with all that it knew."""
+    """The scheduler is lost, with all that it knew."""
 
 
 class DaskExecutor:
     """A dask cluster.
 
-    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A scheduler
-    that is gone is looked for, and given anew what is not done. A scheduler without workers for as long ends
-    the run.
+    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A lost scheduler
+    is searched for, and gets all unfinished jobs again. Without workers for as long the run ends.
 
     Args:
         connection: To the scheduler.
         stop: Once set, running jobs are given up.
-        say: Gets a sentence that names the cause of a wait.
+        notify: Called with a sentence that names the cause of a wait.
     """
 
     def __init__(
-        self, connection: SchedulerConnection, stop: threading.Event, say: Callable[[str], None]
+        self, connection: SchedulerConnection, stop: threading.Event, notify: Callable[[str], None]
     ) -> None:
-        self._connection, self._stop, self._say = connection, stop, say
+        self._connection, self._stop, self._notify = connection, stop, notify
         self._client: Any = None
         self._threads = 0
         self._counted = -COUNT_INTERVAL
         self._alone: float | None = None
-        """Since when there is no worker, s."""
+        """Beginning of the time without a worker, s."""
 
     def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
         """As `Executor.run`."""
@@ -185,8 +186,8 @@ class DaskExecutor:
             while not self._stop.is_set():
                 try:
                     self._count()
-                    few = len(flight.jobs) <= self._threads + FEW
-                    missing = 2 * self._threads + SPARE - len(flight.jobs) if few else 0
+                    few = len(flight.jobs) <= self._threads + FEW_SPARE_JOBS
+                    missing = 2 * self._threads + SPARE_JOBS - len(flight.jobs) if few else 0
                     flight.submit(dict(islice(waiting, missing)))
                     if not flight.jobs:
                         return
@@ -220,21 +221,22 @@ class DaskExecutor:
             self._alone = None
         elif self._alone is None:
             self._alone = now
-            self._say(
-                f"{self._connection.address} has no worker; one is waited for, {RECONNECT:.0f} s at most."
+            self._notify(
+                f"{self._connection.address} has no worker; one is waited for, {MAX_LOST_TIME:.0f} s at most."
             )
-        elif now - self._alone > RECONNECT:
+        elif now - self._alone > MAX_LOST_TIME:
             raise LinkError(
-                f"the scheduler at {self._connection.address} has had no worker for {RECONNECT:.0f} s; "
-                "what was done is kept, the same command goes on."
+                f"the scheduler at {self._connection.address} has had no worker for {MAX_LOST_TIME:.0f} s; "
+                "finished runs are kept; repeat the command."
             )
 
     def _reach(self, first: bool = False) -> Any:
         """A client; None: stopped meanwhile."""
-        until = time.monotonic() + (0.0 if first else RECONNECT)
+        until = time.monotonic() + (0.0 if first else MAX_LOST_TIME)
         if not first:
             address = self._connection.address
-            self._say(f"The scheduler at {address} is gone; it is looked for, {RECONNECT:.0f} s at most.")
+            bound = f"{MAX_LOST_TIME:.0f} s at most"
+            self._notify(f"The scheduler at {address} is gone; it is looked for, {bound}.")
         while not self._stop.is_set():
             try:
                 return self._connection.open()
@@ -247,7 +249,7 @@ class DaskExecutor:
                         + (
                             "; start one with `dask scheduler`."
                             if first
-                            else f" for {RECONNECT:.0f} s; what was done is kept, the same command goes on."
+                            else f" for {MAX_LOST_TIME:.0f} s; finished runs are kept; repeat the command."
                         )
                     ) from None
             self._stop.wait(1.0)
@@ -256,13 +258,13 @@ class DaskExecutor:
     def _drop(self) -> None:
         self._alone = None
         if self._client is not None:
-            # a busy machine, or a client that was about to look for its scheduler; results are in
+            # a busy machine, or a client in search of its scheduler; results are in
             with contextlib.suppress(TimeoutError, asyncio.TimeoutError, OSError, RuntimeError):
                 self._client.close(timeout=1)
             self._client = None
 
     def close(self) -> None:
-        """Give up what is under way, and end processes that were started for it."""
+        """Give up running jobs, and end the processes started for them."""
         if self._stop.is_set():
             self._connection.close()
         self._drop()
@@ -282,7 +284,7 @@ class _Flight:
         self.jobs: dict[int, Job] = {}
         """By place."""
         self._futures: dict[int, Any] = {}
-        """Of those that the scheduler was given."""
+        """Of the jobs submitted to the scheduler."""
         self._done: queue.Queue[tuple[int, Any]] = queue.Queue()
         self._coming: list[tuple[int, Any]] = []
         """Of those whose results are fetched: the place and the future."""
@@ -295,7 +297,7 @@ class _Flight:
             jobs: By place.
 
         Raises:
-            _Lost: the scheduler is gone.
+            _Lost: the scheduler is lost.
         """
         self.jobs |= jobs
         new = {place: job for place, job in self.jobs.items() if place not in self._futures}
@@ -313,21 +315,21 @@ class _Flight:
             future.add_done_callback(lambda done, place=place, to=self._done: to.put((place, done)))
 
     def again(self, client: Any) -> None:
-        """Another scheduler, which was given nothing."""
+        """Another scheduler, without jobs."""
         self._client = client
         self._done = queue.Queue()
         self._fetch = None
         self._futures.clear()
 
     def finished(self) -> list[Finished]:
-        """What is done by now; waits a moment for it.
+        """Finished jobs; waits a moment for them.
 
         Raises:
             WorkerRefused: a worker has other sources.
-            _Lost: the scheduler is gone.
+            _Lost: the scheduler is lost.
         """
         found = [] if self._fetch else self._begin_to_fetch()
-        if self._fetch and concurrent.futures.wait([self._fetch], POLL).done:
+        if self._fetch and concurrent.futures.wait([self._fetch], POLL_INTERVAL).done:
             try:
                 fetched = self._fetch.result()
             except _LOST:
@@ -335,7 +337,7 @@ class _Flight:
             self._fetch = None
             found += fetched
             there = {each.place for each in fetched}
-            for place, future in self._coming:  # lost with its worker, and failed when it was done again
+            for place, future in self._coming:  # lost with its worker, and failed when repeated
                 if place not in there:
                     self._done.put((place, future))
         if not found and self._client.status == "closed":
@@ -345,13 +347,13 @@ class _Flight:
         return found
 
     def _begin_to_fetch(self) -> list[Finished]:
-        """Ask for the results of what is done; gives what failed.
+        """Request the results of finished jobs; returns the failed ones.
 
-        Nobody waits for the answer: what was lost with its worker is done again first.
+        The answer is not awaited: jobs lost with their worker are repeated first.
         """
         batch = []
         try:
-            batch.append(self._done.get(timeout=POLL))
+            batch.append(self._done.get(timeout=POLL_INTERVAL))
             while True:
                 batch.append(self._done.get_nowait())
         except queue.Empty:

@@ -1,1 +1,1 @@
-"""The page's own parts: HTML, scripts, and what puts them together."""
+"""The page's own parts: HTML, scripts, and their assembly."""

@@ -1,10 +1,10 @@
 // Strip charts around a moment: pointing reads values, a click jumps there, the wheel zooms, any signal can be added.
 "use strict";
 
-const LEFT = 36, RIGHT = 6, PHASE = 16, SECONDS = 18; // pixels
-const AHEAD = 0.3; // share of the window after the moment, in a replay
-const BREAK = 0.3; // s between two rows from which on a curve ends
-const ADDED = ["#339af0", "#ff922b", "#40c057", "#cc5de8"];
+const LEFT = 36, RIGHT = 6, PHASE_HEIGHT = 16, SCALE_HEIGHT = 18; // pixels
+const AHEAD_SHARE = 0.3; // share of the window after the moment, in a replay
+const MAX_GAP = 0.3; // s between two rows from which on a curve ends
+const ADDED_COLOURS = ["#339af0", "#ff922b", "#40c057", "#cc5de8"];
 
 class Charts {
   constructor(player) {
@@ -18,7 +18,7 @@ class Charts {
     });
   }
 
-  // New runs: their own charts, and those that were added.
+  // New runs: their own charts, and the added ones.
   begin() {
     const { header } = this.player.runs[0], added = this.list.filter((chart) => chart.added);
     const known = (chart) => chart.lines.every((line) => line.signal in this.player.runs[0].signal);
@@ -41,7 +41,7 @@ class Charts {
     if (this.list.some((chart) => chart.title === title)) this.list = this.list.filter((chart) => chart.title !== title);
     else {
       const unit = header.signals.find(([name]) => name === signals[0])[1];
-      const lines = signals.map((signal, i) => ({ signal, name: signals.length > 1 ? signal.split(" ")[0] : unit, colour: ADDED[i] }));
+      const lines = signals.map((signal, i) => ({ signal, name: signals.length > 1 ? signal.split(" ")[0] : unit, colour: ADDED_COLOURS[i] }));
       this.list.push({ title, lines, least: null, most: [null, null], height: 70, added: true });
     }
     this.build();
@@ -52,8 +52,8 @@ class Charts {
       const box = document.createElement("div"), head = document.createElement("div"), title = document.createElement("b");
       box.className = "chart";
       title.textContent = chart.title;
-      chart.words = chart.lines.map((line) => Object.assign(document.createElement("span"), { style: `color: ${line.colour}` }));
-      head.append(title, ...chart.words);
+      chart.labels = chart.lines.map((line) => Object.assign(document.createElement("span"), { style: `color: ${line.colour}` }));
+      head.append(title, ...chart.labels);
       const close = Object.assign(document.createElement("button"), { className: "close", textContent: "×", title: "close this chart" });
       close.addEventListener("click", () => ((this.list = this.list.filter((each) => each !== chart)), this.build()));
       head.append(close);
@@ -91,7 +91,7 @@ class Charts {
   }
 
   window(now) {
-    this.start = now - (this.player.following ? 1 : 1 - AHEAD) * this.span;
+    this.start = now - (this.player.following ? 1 : 1 - AHEAD_SHARE) * this.span;
     this.now = now;
     this.read = this.pointed ?? now;
   }
@@ -101,10 +101,10 @@ class Charts {
     this.window(now);
     const { software } = this.player.scene;
     for (const chart of this.list) {
-      const words = this.paint(fit(chart.canvas, chart.height, software), chart, chart.canvas.clientWidth, chart.height, colours);
-      words.forEach((word, i) => (chart.words[i].textContent = word));
+      const labels = this.paint(fit(chart.canvas, chart.height, software), chart, chart.canvas.clientWidth, chart.height, colours);
+      labels.forEach((word, i) => (chart.labels[i].textContent = word));
     }
-    const height = PHASE * this.player.runs.length + SECONDS;
+    const height = PHASE_HEIGHT * this.player.runs.length + SCALE_HEIGHT;
     this.phaseWord.textContent = this.paintPhases(fit(this.phaseCanvas, height, software), this.phaseCanvas.clientWidth, colours) ?? "";
   }
 
@@ -125,7 +125,7 @@ class Charts {
     c.beginPath();
     c.rect(LEFT, 0, right - LEFT, height);
     c.clip();
-    const words = chart.lines.map((line) => `${line.name}`);
+    const labels = chart.lines.map((line) => `${line.name}`);
     this.player.runs.forEach((run, number) => {
       const from = run.row(this.start), to = run.row(this.start + this.span);
       c.setLineDash(number ? [5, 3] : []);
@@ -137,17 +137,17 @@ class Charts {
         for (let k = from; k <= to && run.count; k++) {
           const value = run.value(k, column), time = run.time(k);
           if (!Number.isNaN(value)) c[down ? "lineTo" : "moveTo"](x(time), y(value));
-          down = !Number.isNaN(value) && (k === to || run.time(k + 1) - time < BREAK);
+          down = !Number.isNaN(value) && (k === to || run.time(k + 1) - time < MAX_GAP);
         }
         c.stroke();
         const value = run.count ? run.value(run.row(this.read), column) : NaN;
-        if (!Number.isNaN(value)) words[i] += ` ${number ? "/ " : ""}${short(value)}`;
+        if (!Number.isNaN(value)) labels[i] += ` ${number ? "/ " : ""}${short(value)}`;
       });
     });
     Object.assign(c, { globalAlpha: 1 });
     this.rules(c, height, colours);
     c.restore();
-    return words;
+    return labels;
   }
 
   range(chart) {
@@ -174,25 +174,25 @@ class Charts {
   paintPhases(c, width, colours) {
     const right = width - RIGHT, { runs } = this.player;
     Object.assign(c, { font: "11px system-ui, sans-serif", textBaseline: "middle" });
-    runs.forEach((run, number) => this.phaseBar(c, run, number * PHASE, right));
-    const height = PHASE * runs.length;
+    runs.forEach((run, number) => this.phaseBar(c, run, number * PHASE_HEIGHT, right));
+    const height = PHASE_HEIGHT * runs.length;
     this.rules(c, height, colours);
     Object.assign(c, { fillStyle: colours.faint, textAlign: "center" });
     const step = [0.2, 0.5, 1, 2, 5, 10, 20, 60].find((s) => (s / this.span) * width > 44) ?? 120;
     for (let t = Math.max(0, Math.ceil(this.start / step) * step); t <= this.start + this.span; t += step)
       c.fillText(`${+t.toFixed(1)} s`, Math.min(Math.max(this.x(t), 14), width - 18), height + 10);
     const run = runs[0];
-    return run.count ? run.header.phases[run.get(run.row(this.read), "phase")[0]]?.name : "";
+    return run.count ? run.phase(run.row(this.read))?.name : "";
   }
 
   phaseBar(c, run, top, right) {
-    const name = (i) => run.header.phases[run.get(i, "phase")[0]], to = run.row(this.start + this.span);
+    const to = run.row(this.start + this.span);
     for (let i = run.row(this.start), from = i; i <= to && run.count; i++) {
-      if (i < to && name(i + 1) === name(from)) continue;
-      const here = name(from), x0 = Math.max(this.x(run.time(from)), LEFT), x1 = Math.min(this.x(run.time(Math.min(i + 1, to))), right);
+      if (i < to && run.phase(i + 1) === run.phase(from)) continue;
+      const here = run.phase(from), x0 = Math.max(this.x(run.time(from)), LEFT), x1 = Math.min(this.x(run.time(Math.min(i + 1, to))), right);
       if (here) {
         c.fillStyle = here.colour;
-        c.fillRect(x0, top, Math.max(x1 - x0, 0.5), PHASE - 2);
+        c.fillRect(x0, top, Math.max(x1 - x0, 0.5), PHASE_HEIGHT - 2);
         Object.assign(c, { fillStyle: "#f8f9fa", textAlign: "center" });
         if (x1 - x0 > c.measureText(here.name).width + 3) c.fillText(here.name, 0.5 * (x0 + x1), top + 7.5);
       }

@@ -1,12 +1,16 @@
-// A live run: rows come over a WebSocket, orders go back.
+// A live run: rows arrive over a WebSocket, orders return.
 "use strict";
 
-const AGAIN = 150; // ms between two orders of a knob that is dragged
-const RETRY = 700; // ms from a lost connection to the next try
-const SAID = 6000; // ms for which an answer is shown
-const MOST = { velocity: [0.4, 0.2, 1.5], push: [3, 3] }; // at the edges of the pads, m/s, m/s, rad/s; N s
+const DRAG_INTERVAL = 150; // ms between two orders of a knob that is dragged
+const RETRY_INTERVAL = 700; // ms from a lost connection to the next try
+const ANSWER_TIME = 6000; // ms for which an answer is shown
+// Numbers of the pads; `most` at the edge.
+const PADS = {
+  velocity: [{ label: "forward", unit: "m/s", initial: "0.00", most: 0.4 }, { label: "to the left", unit: "m/s", initial: "0.00", most: 0.2 }, { label: "turn", unit: "rad/s", initial: "0.00", most: 1.5 }],
+  push: [{ label: "forward", unit: "N s", initial: "0.00", most: 3 }, { label: "to the left", unit: "N s", initial: "1.00", most: 3 }],
+};
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
-const DRIVE = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
+const DRIVE_KEYS = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
 const ENDED = "The page has ended, and the run with it, or its robot's process. To look at the run again: nao-hil view --replay RUN. For a robot that stays: nao-hil up --serve --view.";
 
 // An element: el("button", {properties}, ...children).
@@ -29,14 +33,14 @@ class Live {
     this.socket.onmessage = ({ data }) => (chain = chain.then(() => this.take(data)));
     this.socket.onclose = () => {
       this.lost = (this.lost ?? 0) + 1;
-      if (this.lost > 1) this.say(ENDED, false, true);
-      setTimeout(() => this.connect(), RETRY);
+      if (this.lost > 1) this.notify(ENDED, false, true);
+      setTimeout(() => this.connect(), RETRY_INTERVAL);
     };
   }
 
   async take(data) {
     this.lost = 0;
-    if (typeof data === "string") return this.told(JSON.parse(data));
+    if (typeof data === "string") return this.update(JSON.parse(data));
     const start = new Uint8Array(data, 0, 2), [run] = this.player.runs;
     if (start[0] === 0x1f && start[1] === 0x8b) return this.show(await unpack(data));
     if (!run || data.byteLength !== 4 * run.width) return;
@@ -51,13 +55,13 @@ class Live {
     $("live").hidden = false;
     document.body.classList.add("live");
     this.build(run.header.live);
-    this.told({ state: run.header.live.state });
+    this.update({ state: run.header.live.state });
     document.body.dataset.ready = "yes";
   }
 
-  told(message) {
+  update(message) {
     const run = this.player.runs[0], header = run?.header;
-    if (message.answer) this.say(message.answer, message.done);
+    if (message.answer) this.notify(message.answer, message.done);
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
     if (message.prints) message.prints.forEach((print) => run.print(print));
@@ -66,16 +70,16 @@ class Live {
     if (message.state) (header.live.state = message.state), this.state(message.state);
   }
 
-  say(text, done = true, stays = false) {
+  notify(text, done = true, stays = false) {
     const toast = $("toast");
     Object.assign(toast, { textContent: text, className: done ? "card" : "card refused" });
     clearTimeout(this.silence);
-    if (!stays) this.silence = setTimeout(() => (toast.textContent = ""), done ? SAID : 2 * SAID);
+    if (!stays) this.silence = setTimeout(() => (toast.textContent = ""), done ? ANSWER_TIME : 2 * ANSWER_TIME);
   }
 
   order(doing, fields = {}) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: doing, ...fields }));
-    else this.say("The page is not connected; the order was not sent.", false);
+    else this.notify("The page is not connected; the order was not sent.", false);
   }
 
   walk(command) {
@@ -94,10 +98,10 @@ class Live {
   }
 
   drives(key) {
-    return Boolean(this.driving?.checked && key in DRIVE);
+    return Boolean(this.driving?.checked && key in DRIVE_KEYS);
   }
 
-  // A key of the keyboard; whether it was an order.
+  // A key of the keyboard; whether it is an order.
   key(key) {
     if (!this.drives(key)) return false;
     this.order("key", { key });
@@ -187,37 +191,38 @@ class Live {
   }
 
   // A pad to drag forward and to the left, with a strip for a turn if there are three numbers, and their fields.
-  pad(most, names, units, initial, act) {
+  pad(numbers, act) {
     const square = el("div", { className: "pad" }, el("em", { textContent: "forward" }), el("b")), strip = el("div", { className: "pad strip" }, el("em", {}, el("span", { textContent: "turn left" }), el("span", { textContent: "turn right" })), el("b"));
-    const fields = names.map((name, i) => this.number(name, units[i], initial[i], -10, 10, () => told()));
+    const fields = numbers.map(({ label, unit, initial, most }) => Object.assign(this.number(label, unit, initial, -10, 10, () => send()), { most }));
+    const [forward, left, turn] = fields;
     const values = () => fields.map((field) => field.value);
     const place = () => {
-      const [x, y, turn] = values().map((value, i) => Math.max(-1, Math.min(1, (value ?? 0) / most[i])));
-      Object.assign(square.lastChild.style, { top: `${50 - 50 * x}%`, left: `${50 - 50 * y}%` });
-      Object.assign(strip.lastChild.style, { top: "50%", left: `${50 - 50 * (turn ?? 0)}%` });
+      const percent = (field) => (field ? 50 - 50 * Math.max(-1, Math.min(1, (field.value ?? 0) / field.most)) : 50);
+      Object.assign(square.lastChild.style, { top: `${percent(forward)}%`, left: `${percent(left)}%` });
+      Object.assign(strip.lastChild.style, { top: "50%", left: `${percent(turn)}%` });
     };
     let sent = 0;
-    const told = () => {
+    const send = () => {
       place();
       if (values().every((value) => value !== null)) act(values());
     };
     const drag = (event) => {
       if (event.type === "pointerdown") event.currentTarget.setPointerCapture(event.pointerId);
       if (event.type === "pointermove" && !event.buttons) return;
-      const part = event.currentTarget, { left, top, width, height } = part.getBoundingClientRect();
+      const part = event.currentTarget, bounds = part.getBoundingClientRect();
       const share = (way) => (Math.abs(way) < 0.08 ? 0 : Math.max(-1, Math.min(1, way)));
-      const toLeft = share(1 - (2 * (event.clientX - left)) / width), ahead = share(1 - (2 * (event.clientY - top)) / height);
-      const set = (i, value) => Object.assign(fields[i], { value }) && ((fields[i].input.value = value.toFixed(2)), fields[i].input.classList.remove("bad"));
-      if (part === strip) set(2, toLeft * most[2]);
-      else set(0, ahead * most[0]), set(1, toLeft * most[1]);
+      const toLeft = share(1 - (2 * (event.clientX - bounds.left)) / bounds.width), ahead = share(1 - (2 * (event.clientY - bounds.top)) / bounds.height);
+      const set = (field, deflection) => ((field.value = deflection * field.most), (field.input.value = field.value.toFixed(2)), field.input.classList.remove("bad"));
+      if (part === strip) set(turn, toLeft);
+      else set(forward, ahead), set(left, toLeft);
       pad.dragging = event.type !== "pointerup";
       place();
-      if (event.type !== "pointerup" && performance.now() - sent < AGAIN) return;
+      if (event.type !== "pointerup" && performance.now() - sent < DRAG_INTERVAL) return;
       sent = performance.now();
-      told();
+      send();
     };
     for (const part of [square, strip]) for (const kind of ["pointerdown", "pointermove", "pointerup"]) part.addEventListener(kind, drag);
-    const box = el("div", { className: "pads" }, el("div", {}, square, ...(most.length > 2 ? [el("div", { style: "height: 6px" }), strip] : [])), el("div", {}, ...fields.map((field) => field.box)));
+    const box = el("div", { className: "pads" }, el("div", {}, square, ...(turn ? [el("div", { style: "height: 6px" }), strip] : [])), el("div", {}, ...fields.map((field) => field.box)));
     const pad = { box, values, place, fields };
     place();
     return pad;
@@ -235,7 +240,7 @@ class Live {
   }
 
   walkTab(live) {
-    const pad = this.pad(MOST.velocity, ["forward", "to the left", "turn"], ["m/s", "m/s", "rad/s"], ["0.00", "0.00", "0.00"], (velocity) => this.order("steer", { velocity }));
+    const pad = this.pad(PADS.velocity, (velocity) => this.order("steer", { velocity }));
     this.velocity = {
       pad,
       show: (velocity, everywhere) => {
@@ -249,7 +254,7 @@ class Live {
     this.steps = this.number("steps", "0: no end", "0", 0, 1e6);
     Object.assign(this, { gait, torso, admittance });
     this.driving = el("input", { type: "checkbox" });
-    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · a gamepad's left stick walks");
+    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE_KEYS).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · a gamepad's left stick walks");
     this.driving.addEventListener("change", () => ((keys.hidden = !this.driving.checked), this.pads()));
     this.missed = el("p", { className: "faint" });
     return [
@@ -264,7 +269,7 @@ class Live {
 
   worldTab(live) {
     const world = (op, fields = {}) => () => this.world({ op, ...fields }), { button } = this;
-    const pad = this.pad(MOST.push, ["forward", "to the left"], ["N s", "N s"], ["0.00", "1.00"], (values) => (this.player.push = values));
+    const pad = this.pad(PADS.push, (values) => (this.player.push = values));
     const push = () => pad.values().every((value) => value !== null) && this.push(pad.values());
     const angle = (label) => this.number(label, "deg", "0", -15, 15), roll = angle("roll"), pitch = angle("pitch");
     const friction = this.number("friction", "0.02 to 1.2", "0.8", 0.02, 1.2), height = this.number("height", "mm", "10", 1, 40);
@@ -277,9 +282,9 @@ class Live {
     slow.addEventListener("change", () => this.order("slow", { speed: Number(slow.value) }));
     const press = (name) => {
       const made = button(name.replace(/_/g, " "), () => {});
-      const tell = (pressed) => this.world({ op: "press", button: name, pressed });
-      made.addEventListener("pointerdown", (event) => (made.setPointerCapture(event.pointerId), tell(true)));
-      for (const end of ["pointerup", "pointercancel"]) made.addEventListener(end, () => tell(false));
+      const send = (pressed) => this.world({ op: "press", button: name, pressed });
+      made.addEventListener("pointerdown", (event) => (made.setPointerCapture(event.pointerId), send(true)));
+      for (const end of ["pointerup", "pointercancel"]) made.addEventListener(end, () => send(false));
       return made;
     };
     return [
@@ -330,14 +335,14 @@ class Live {
     const parts = [];
     if (live.saves) {
       const list = el("div");
-      const look = async () => {
+      const listRecordings = async () => {
         const sizes = await fetch("recordings").then((response) => response.json());
         const link = (name, kind) => el("a", { href: `${name}.${kind}`, textContent: kind === "mcap" ? "recording" : "page", download: "" });
         list.replaceChildren(...Object.entries(sizes).map(([name, size]) => el("div", { className: "field" }, `${name}, ${(1e-6 * size).toFixed(1)} MB`, el("span", {}, link(name, "mcap"), " · ", link(name, "html")))));
       };
-      parts.push(el("h2", { textContent: "Save" }), el("p", { className: "faint", textContent: "Every recording of this run; a reset begins another one. The page plays in any browser." }), list, this.row(this.button("Look for recordings", look)));
-      this.look = look;
-      look();
+      parts.push(el("h2", { textContent: "Save" }), el("p", { className: "faint", textContent: "Every recording of this run; a reset begins another one. The page plays in any browser." }), list, this.row(this.button("Look for recordings", listRecordings)));
+      this.listRecordings = listRecordings;
+      listRecordings();
     }
     if (live.supervised) {
       const [robotBox, robot] = this.select("robot", ["as it is", ...live.robots]), [wearBox, wear] = this.select("wear", ["as it is", ...live.wears]);
@@ -359,7 +364,7 @@ class Live {
       slider.setAttribute("aria-label", name);
       slider.value = moment ? run.value(moment.row, run.signal[`angle ${name}`]) : 0;
       slider.addEventListener("input", () => this.order("joints", { angles: { [name]: (Number(slider.value) * Math.PI) / 180 } }));
-      row.cells[1].replaceChildren(...(on ? [slider] : []));
+      row.querySelector(".command").replaceChildren(...(on ? [slider] : []));
     }
   }
 

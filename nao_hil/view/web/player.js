@@ -2,11 +2,11 @@
 "use strict";
 
 const EVENTS = { world: "#fab005", fall: "#fa5252" };
-const FOLLOW = 0.2; // s in which the camera makes up for most of its way to the robot
-const LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
-const APART = 0.6; // m between two runs that are shown together
+const FOLLOW_TIME = 0.2; // s in which the camera makes up for most of its way to the robot
+const LIVE_LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
+const RUN_DISTANCE = 0.6; // m between two runs that are shown together
 const CHART_EVERY = 50; // ms
-const SOFTWARE = 31; // ms from one picture to the next without a graphics card
+const SOFTWARE_INTERVAL = 31; // ms from one picture to the next without a graphics card
 const THEMES = {
   dark: { background: [0.078, 0.086, 0.102], floor: [0.155, 0.17, 0.195], grid: [0.55, 0.6, 0.68], shadow: [0.62, 0.5], estimate: [1, 0.66, 0.2], text: "#eceff3", faint: "#8b95a1", field: "#14161a", page: "#1b1e23" },
   light: { background: [0.933, 0.945, 0.961], floor: [0.965, 0.972, 0.98], grid: [0.5, 0.55, 0.62], shadow: [0.34, 0.4], estimate: [0.91, 0.35, 0.05], text: "#1c2127", faint: "#727d89", field: "#f3f5f8", page: "#ffffff" },
@@ -90,8 +90,8 @@ class Player {
 
   advance(elapsed) {
     if (this.following) {
-      const late = this.last - LAG - this.time;
-      this.time = Math.abs(late) > 0.6 ? this.last - LAG : Math.min(this.time + elapsed + 0.1 * (late - elapsed), this.last);
+      const late = this.last - LIVE_LAG - this.time;
+      this.time = Math.abs(late) > 0.6 ? this.last - LIVE_LAG : Math.min(this.time + elapsed + 0.1 * (late - elapsed), this.last);
     } else if (this.playing) {
       this.time = Math.min(this.time + elapsed * Number($("speed").value), this.last);
       if (this.time >= this.last) this.runs[0].header.live ? this.follow() : this.play(false);
@@ -99,13 +99,13 @@ class Player {
   }
 
   actors() {
-    return this.runs.filter((run) => run.count).map((run, i) => ({ run, moment: run.moment(Math.min(this.time, run.last)), shift: [0, -APART * i, 0] }));
+    return this.runs.filter((run) => run.count).map((run, i) => ({ run, moment: run.moment(Math.min(this.time, run.last)), shift: [0, -RUN_DISTANCE * i, 0] }));
   }
 
   // Where the camera is; it follows the robot over the ground, smoothly unless the time jumped.
   view(actors, elapsed) {
-    const { camera } = this, share = 1 - Math.exp(-elapsed / FOLLOW);
-    const mean = (k) => actors.reduce((sum, { moment, shift }) => sum + moment.position[k] + shift[k], 0) / actors.length;
+    const { camera } = this, share = 1 - Math.exp(-elapsed / FOLLOW_TIME);
+    const mean = (k) => actors.reduce((sum, { moment, shift }) => sum + moment.torso[k] + shift[k], 0) / actors.length;
     const at = [mean(0), mean(1), 0.25], far = !camera.aim || this.jumped || Math.hypot(...minus(at, camera.aim)) > 0.5;
     camera.aim = far ? at : camera.aim.map((x, i) => x + share * (at[i] - x));
     this.jumped = false;
@@ -116,7 +116,7 @@ class Player {
 
   draw(now) {
     const actors = this.actors(), { scene, colours } = this, canvas = scene.canvas;
-    if (!actors.length || (scene.software && now - (this.drawn ?? 0) < SOFTWARE)) return;
+    if (!actors.length || (scene.software && now - (this.drawn ?? 0) < SOFTWARE_INTERVAL)) return;
     const elapsed = now - (this.drawn ?? now);
     if (this.adaptive && elapsed) scene.adapt(elapsed);
     this.drawn = now;
@@ -140,8 +140,8 @@ class Player {
   chip() {
     if (!this.runs[0]?.count) return;
     const [{ moment }] = this.actors(), { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
-    const said = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
-    $("state").textContent = said.filter(Boolean).join(" · ");
+    const parts = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
+    $("state").textContent = parts.filter(Boolean).join(" · ");
     $("state").classList.toggle("alarm", Boolean(state?.alarm));
     const fell = fall && this.time >= fall.time && this.time < (fall.until ?? Infinity);
     $("fell").hidden = !fell;
@@ -150,8 +150,8 @@ class Player {
   }
 
   labels(actors) {
-    const shown = actors.length > 1 ? actors.map(({ run, moment, shift }) => [run.header.title, moment.position.slice(0, 3).map((x, k) => x + shift[k]), 0.34]) : [];
-    if (this.overlays.estimate) shown.push(...actors.map(({ moment, shift }) => ["estimated pose", moment.position.slice(0, 3).map((x, k) => x + shift[k]), 0.26]));
+    const shown = actors.length > 1 ? actors.map(({ run, moment, shift }) => [run.header.title, moment.torso.map((x, k) => x + shift[k]), 0.34]) : [];
+    if (this.overlays.estimate) shown.push(...actors.map(({ moment, shift }) => ["estimated pose", moment.torso.map((x, k) => x + shift[k]), 0.26]));
     const box = $("labels");
     while (box.children.length > shown.length) box.lastChild.remove();
     shown.forEach(([text, [x, y, z], over], i) => {
@@ -188,7 +188,7 @@ class Player {
   }
 }
 
-// One finger or button turns, two fingers or the other button move, wheel and pinch come nearer.
+// One finger or button turns, two fingers or the other button move, wheel and pinch zoom.
 function orbit(player) {
   const { canvas } = player.scene, { camera } = player, down = new Map();
   const turn = (dx, dy) => {
@@ -232,9 +232,9 @@ function orbit(player) {
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-// The push that a drag over the picture stands for: its level way, in the robot's heading, N s.
+// The push of a drag over the picture: its level way, in the robot's heading, N s.
 function dragged(player, event) {
-  const { camera, drag } = player, scale = (0.62 * camera.distance) / player.scene.canvas.clientHeight / ARROW;
+  const { camera, drag } = player, scale = (0.62 * camera.distance) / player.scene.canvas.clientHeight / ARROW_SCALE;
   const right = scale * (event.clientX - drag.from[0]), ahead = -scale * (event.clientY - drag.from[1]);
   const [{ moment }] = player.actors(), angle = camera.azimuth + Math.PI - moment.heading;
   const limit = (x) => Math.min(Math.max(x, -3), 3);
@@ -257,7 +257,7 @@ function legend(player) {
   $("legend").replaceChildren(Object.assign(document.createElement("h2"), { textContent: "Overlays" }), ...rows);
 }
 
-const COLUMNS = ["command", "angle", "current", "temperature"];
+const DECIMALS = { command: 1, angle: 1, current: 2, temperature: 0 }; // of the columns of the joints
 
 function jointTable(player) {
   const { header } = player.runs[0], cell = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
@@ -267,7 +267,7 @@ function jointTable(player) {
     const row = document.createElement("tr");
     Object.assign(row, { title: `${name}: chart of command and angle; ${low.toFixed(0)} to ${high.toFixed(0)} deg` });
     row.dataset.joint = name;
-    row.append(cell("td", name), ...COLUMNS.map(() => cell("td", "")));
+    row.append(cell("td", name), ...Object.keys(DECIMALS).map((quantity) => Object.assign(cell("td", ""), { className: quantity })));
     row.addEventListener("click", (event) => {
       if (event.target.matches("input")) return;
       player.charts.toggle(`angle ${name}`, `command ${name}`);
@@ -281,10 +281,10 @@ function jointTable(player) {
 
 function jointValues(player, { run, moment }) {
   for (const row of $("joints").querySelectorAll("tr[data-joint]"))
-    COLUMNS.forEach((quantity, i) => {
-      const value = run.value(moment.row, run.signal[`${quantity} ${row.dataset.joint}`]), held = row.cells[i + 1].firstElementChild;
-      if (!held) row.cells[i + 1].textContent = Number.isNaN(value) ? "" : value.toFixed(i === 2 ? 2 : i === 3 ? 0 : 1);
-    });
+    for (const [quantity, decimals] of Object.entries(DECIMALS)) {
+      const value = run.value(moment.row, run.signal[`${quantity} ${row.dataset.joint}`]), cell = row.querySelector(`.${quantity}`);
+      if (!cell.firstElementChild) cell.textContent = Number.isNaN(value) ? "" : value.toFixed(decimals);
+    }
 }
 
 function verdict(fall) {
@@ -297,7 +297,7 @@ function controls(player) {
     player.tab = name;
     for (const tab of document.querySelectorAll(".tab")) tab.hidden = tab.dataset.name !== name;
     for (const button of document.querySelector("nav").children) button.setAttribute("aria-selected", button.textContent === name);
-    if (name === "Run") player.live?.look?.(); // the recordings have grown
+    if (name === "Run") player.live?.listRecordings?.(); // the recordings have grown
   };
   player.tabs = () => {
     const names = [...document.querySelectorAll(".tab")].map((tab) => tab.dataset.name);
@@ -310,7 +310,7 @@ function controls(player) {
     player.open(names.includes(player.tab) ? player.tab : "Charts");
   };
   const step = (by) => player.goTo(player.time + by);
-  const dress = (theme) => {
+  const setTheme = (theme) => {
     player.theme = document.documentElement.dataset.theme = theme;
     if (player.runs.length) player.events();
   };
@@ -325,7 +325,7 @@ function controls(player) {
   $("forward").addEventListener("click", acts.ArrowRight);
   $("camera").addEventListener("click", camera);
   $("live").addEventListener("click", acts.l);
-  $("theme").addEventListener("click", () => dress(player.theme === "dark" ? "light" : "dark"));
+  $("theme").addEventListener("click", () => setTheme(player.theme === "dark" ? "light" : "dark"));
   for (const button of document.querySelectorAll("[data-sheet]")) button.addEventListener("click", () => sheet(button.dataset.sheet));
   addEventListener("keydown", (event) => {
     const act = acts[event.key];
@@ -335,7 +335,7 @@ function controls(player) {
     act();
   });
   $("keys").replaceChildren(...Object.entries(KEYS).flatMap(([key, does]) => [Object.assign(document.createElement("dt"), { textContent: key }), Object.assign(document.createElement("dd"), { textContent: does })]));
-  dress(player.theme);
+  setTheme(player.theme);
   player.tabs();
   orbit(player);
 }

@@ -1,9 +1,9 @@
 // One robot's run: a header, and rows of numbers that may grow. Packed by nao_hil/view/rows.py.
 "use strict";
 
-const NOTHING = -(2 ** 31);
-const PRINTS = 32; // footprints drawn
-const LONGEST = 14000; // rows kept of a live run: seven minutes
+const NAN_INTEGER = -(2 ** 31);
+const MAX_PRINTS = 32; // footprints drawn
+const MAX_ROWS = 14000; // rows kept of a live run: seven minutes
 const $ = (id) => document.getElementById(id);
 
 async function unpack(bytes) {
@@ -19,7 +19,7 @@ async function unpack(bytes) {
     for (let column = 0; column < columns; column++)
       for (let row = 0, sum = 0; row < rows; row++) {
         sum = (sum + whole[column * rows + row]) | 0;
-        numbers[row * columns + column] = sum === NOTHING ? NaN : sum * step;
+        numbers[row * columns + column] = sum === NAN_INTEGER ? NaN : sum * step;
       }
     tables[name] = { rows, columns, at: (row, column) => numbers[row * columns + column], row: (i) => numbers.subarray(i * columns, (i + 1) * columns) };
     offset += 4 * rows * columns;
@@ -49,8 +49,8 @@ class Run {
 
   append(row) {
     const { width } = this;
-    if (this.count > LONGEST) {
-      const oldest = LONGEST >> 2;
+    if (this.count > MAX_ROWS) {
+      const oldest = MAX_ROWS >> 2;
       this.rows.copyWithin(0, width * oldest, width * this.count);
       this.count -= oldest;
     }
@@ -64,7 +64,7 @@ class Run {
   }
 
   print([when, kind, ...numbers]) {
-    this.prints.push({ when, kind, corners: triples(numbers) });
+    this.prints.push({ when, kind: this.header.prints[kind], corners: triples(numbers) });
   }
 
   time(i) {
@@ -99,6 +99,15 @@ class Run {
     return this.rows[i * this.width + column];
   }
 
+  // The number of a field of one column.
+  number(i, name) {
+    return this.value(i, this.fields[name][0]);
+  }
+
+  phase(i) {
+    return this.header.phases[this.number(i, "phase")];
+  }
+
   // Everything that is drawn of a time, between two rows.
   moment(t) {
     const i = this.row(t), k = Math.min(i + 1, this.count - 1);
@@ -107,34 +116,34 @@ class Run {
       const a = this.get(i, name), b = this.get(k, name);
       return Array.from(a, (x, n) => (Number.isNaN(b[n]) ? x : x + share * (b[n] - x)));
     };
-    const [phase] = this.get(i, "phase"), [step] = this.get(i, "step");
+    const { header } = this, position = between("position"), points = between("points"), torso = 3 * header.links.indexOf("Torso");
     return {
       row: i,
-      position: between("position"),
+      position,
+      torso: position.slice(torso, torso + 3),
       attitude: between("attitude"),
-      heading: this.get(i, "heading")[0],
-      points: between("points"),
+      heading: this.number(i, "heading"),
+      points: Object.fromEntries(header.points.map(({ name }, n) => [name, points.slice(3 * n, 3 * n + 3)])),
       loads: between("loads"),
       lights: this.get(i, "lights"),
-      support: { tips: this.get(i, "tips")[0] > 0.5, corners: triples(this.get(i, "support")) },
-      footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-PRINTS),
-      step,
-      phase: this.header.phases[phase]?.name,
+      support: { tips: this.number(i, "tips") > 0.5, corners: triples(this.get(i, "support")) },
+      footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-MAX_PRINTS),
+      step: this.number(i, "step"),
+      phase: this.phase(i)?.name,
     };
   }
 
   // Position and attitude of the links as encoders and inertial unit have them, the torso at its true place.
   estimate(moment) {
-    const { header } = this, at = (name) => this.value(moment.row, this.signal[name]) * (Math.PI / 180);
-    const yaw = moment.heading, roll = at("torso roll"), pitch = at("torso pitch");
+    const { header } = this, radians = (name) => this.value(moment.row, this.signal[name]) * (Math.PI / 180);
+    const yaw = moment.heading, roll = radians("torso roll"), pitch = radians("torso pitch");
     const turn = [[[0, 0, 1], yaw], [[0, 1, 0], pitch], [[1, 0, 0], roll]].map(([axis, angle]) => about(axis, angle)).reduce(times);
-    const names = Object.keys(header.chain), places = { Torso: [moment.position.slice(0, 3), turn] };
-    for (const name of names) {
-      const { link, parent, offset, axis, joint } = header.chain[name], [place, attitude] = places[parent];
-      const angle = this.value(moment.row, this.fields.signals[0] + header.whole + 4 * joint) * (Math.PI / 180);
-      places[link] = [place.map((x, k) => x + turned(attitude, offset)[k]), times(attitude, about(axis, angle))];
+    const poses = { Torso: { position: moment.torso, attitude: turn } };
+    for (const { link, parent, offset, axis, joint } of header.chain) {
+      const { position, attitude } = poses[parent];
+      poses[link] = { position: position.map((x, k) => x + turned(attitude, offset)[k]), attitude: times(attitude, about(axis, radians(`angle ${joint}`))) };
     }
-    return { position: header.links.flatMap((link) => places[link][0]), attitude: header.links.flatMap((link) => places[link][1]) };
+    return { position: header.links.flatMap((link) => poses[link].position), attitude: header.links.flatMap((link) => poses[link].attitude) };
   }
 }
 

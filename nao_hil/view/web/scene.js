@@ -96,13 +96,13 @@ void main() {
   colour = vec4(sum / all, 0.0, 1.0);
 }`;
 const SUN = unit([0.38, -0.42, 0.82]);
-const CREASE = 0.6; // cosine of the angle over which an edge is drawn sharp
-const CORNER = 10; // numbers of a corner: position, normal, colour, link
-const COARSE = 0.012; // m
-const SHADOW = { software: 128, card: 256 }; // pixels of the picture of the shadow
-const BLUR = 0.0047; // of that picture, between two samples of its blur
-const RIBBON = 0.003, BAR = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
-const ARROW = 0.18; // m/(N s)
+const CREASE_COSINE = 0.6; // cosine of the angle over which an edge is drawn sharp
+const CORNER_SIZE = 10; // numbers of a corner: position, normal, colour, link
+const CASTER_CELL = 0.012; // m
+const SHADOW_SIZE = { software: 128, card: 256 }; // pixels of the picture of the shadow
+const BLUR_STEP = 0.0047; // of that picture, between two samples of its blur
+const RIBBON_WIDTH = 0.003, HALF_BAR_WIDTH = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
+const ARROW_SCALE = 0.18; // m/(N s)
 
 function unit(v) {
   const n = Math.hypot(...v) || 1;
@@ -160,11 +160,11 @@ function triangles({ vertices, faces }, pieces) {
       for (const i of three) sums[i] = sums[i].map((x, k) => x + normal[k]);
     }
     const smooth = sums.map(unit), colour = piece.colour.map((x) => x / 255), shared = {};
-    const add = (i, normal) => out.push(...corner(i), ...normal, ...colour, piece.link) / CORNER - 1;
+    const add = (i, normal) => out.push(...corner(i), ...normal, ...colour, piece.link) / CORNER_SIZE - 1;
     for (const [three, flat] of flats)
       for (const i of three) {
         const along = smooth[i].reduce((sum, x, k) => sum + x * flat[k], 0);
-        indices.push(along > CREASE ? (shared[i] ??= add(i, smooth[i])) : add(i, flat));
+        indices.push(along > CREASE_COSINE ? (shared[i] ??= add(i, smooth[i])) : add(i, flat));
       }
     v0 += piece.vertices;
     f0 += piece.faces;
@@ -172,11 +172,11 @@ function triangles({ vertices, faces }, pieces) {
   return [new Float32Array(out), new Uint32Array(indices)];
 }
 
-// The triangles with corners in one cube of edge `COARSE` joined: the shadow needs no more of them.
+// The triangles with corners in one cube of edge `CASTER_CELL` joined: the shadow needs no more of them.
 function coarse(numbers, indices) {
   const first = new Map(), out = [];
   const joined = (i) => {
-    const at = CORNER * i, cube = [0, 1, 2].map((k) => Math.round(numbers[at + k] / COARSE)).join() + "," + numbers[at + 9];
+    const at = CORNER_SIZE * i, cube = [0, 1, 2].map((k) => Math.round(numbers[at + k] / CASTER_CELL)).join() + "," + numbers[at + 9];
     return first.get(cube) ?? (first.set(cube, i), i);
   };
   for (let i = 0; i < indices.length; i += 3) {
@@ -219,7 +219,7 @@ class Scene {
     const software = /swiftshader|llvmpipe|software/i.test(renderer());
     const gl = (this.gl = canvas.getContext("webgl2", { alpha: false, antialias: !software, stencil: true }));
     if (!gl) throw new Error("this browser draws no 3-D pictures (WebGL 2)");
-    Object.assign(this, { software, sharpest: software ? 1 : 2, sharpness: software ? 1 : 2, shadow: SHADOW[software ? "software" : "card"] });
+    Object.assign(this, { software, sharpest: software ? 1 : 2, sharpness: software ? 1 : 2, shadow: SHADOW_SIZE[software ? "software" : "card"] });
     this.flat = this.program(FLAT_VERTEX, FLAT_FRAGMENT);
     this.floor = this.program(FLOOR_VERTEX, FLOOR_FRAGMENT);
     this.blur = this.program(BLUR_VERTEX, BLUR_FRAGMENT);
@@ -367,7 +367,7 @@ class Scene {
     gl.disable(gl.BLEND);
     gl.useProgram(this.blur.program);
     gl.bindVertexArray(this.square.array);
-    [[BLUR, 0], [0, BLUR]].forEach((way, i) => {
+    [[BLUR_STEP, 0], [0, BLUR_STEP]].forEach((way, i) => {
       gl.bindFramebuffer(gl.FRAMEBUFFER, targets[1 - i].frame);
       gl.bindTexture(gl.TEXTURE_2D, targets[i].texture);
       gl.uniform2fv(this.blur.at("way"), way);
@@ -442,11 +442,10 @@ class Scene {
     const { gl } = this, { run, moment, shift } = actor;
     this.place(actor);
     const moved = (corners) => corners.map((p) => p.map((x, k) => x + shift[k])), { colours } = run.header;
-    const kinds = ["planned", "made"];
-    if (overlays.footsteps) this.flats(moment.footprints.flatMap(({ kind, corners }) => ribbon(moved(corners), colours[kinds[kind]], 0.9)), 1);
+    if (overlays.footsteps) this.flats(moment.footprints.flatMap(({ kind, corners }) => ribbon(moved(corners), colours[kind], 0.9)), 1);
     const support = overlays.support ? this.support(moved(moment.support.corners), moment.support.tips, colours) : [];
-    const com = run.header.points.findIndex((point) => point.name === "com"), at = moment.points.slice(3 * com, 3 * com + 3), below = moment.points.slice(3 * com + 3, 3 * com + 6);
-    const plumb = overlays.com ? ribbon(moved([at, below]), run.header.points[com].colour, 0.9, false) : [];
+    const { com, com_ground: below } = moment.points, { colour } = run.header.points.find(({ name }) => name === "com");
+    const plumb = overlays.com ? ribbon(moved([com, below]), colour, 0.9, false) : [];
     const arrow = push && Math.hypot(...push) > 0.02 ? this.arrow(actor, push) : [];
     this.flats([...support, ...arrow, ...(overlays.forces ? this.bars(run, moment) : [])], 1);
     this.balls(actor, overlays, 1);
@@ -469,8 +468,8 @@ class Scene {
   }
 
   balls({ run, moment, shift }, overlays, fade) {
-    run.header.points.forEach((point, i) => {
-      const at = moment.points.slice(3 * i, 3 * i + 3).map((x, k) => x + shift[k]), r = point.radius;
+    run.header.points.forEach((point) => {
+      const at = moment.points[point.name].map((x, k) => x + shift[k]), r = point.radius;
       if (!overlays[point.overlay] || at.some(Number.isNaN)) return;
       this.single(this.ball, at, [1, 0, 0, 0], point.name === "com" ? [r, r, r] : [r, r, 0.35 * r], [...point.colour.map((c) => c / 255), fade]);
     });
@@ -502,7 +501,7 @@ class Scene {
       const rgb = safe.map((c, k) => (c + share * (lost[k] - c)) / 255);
       const m = this.frames.subarray(16 * cell.link, 16 * cell.link + 16), [x, y, z] = cell.at;
       const at = [0, 1, 2].map((k) => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]), top = at[2] + header.newton * force;
-      const [a, b] = unit([this.eye[1] - at[1], at[0] - this.eye[0]]).map((x) => BAR * x); // it faces the camera
+      const [a, b] = unit([this.eye[1] - at[1], at[0] - this.eye[0]]).map((x) => HALF_BAR_WIDTH * x); // it faces the camera
       const quad = [[-a, -b, at[2]], [a, b, at[2]], [a, b, top], [-a, -b, at[2]], [a, b, top], [-a, -b, top]];
       for (const [dx, dy, height] of quad) out.push(at[0] + dx, at[1] + dy, height, ...rgb, 1);
     });
@@ -511,8 +510,8 @@ class Scene {
 
   // A push, N s, forward and to the left of the robot; its head touches the shell.
   arrow({ moment, shift }, [x, y]) {
-    const c = Math.cos(moment.heading), s = Math.sin(moment.heading), way = [ARROW * (c * x - s * y), ARROW * (s * x + c * y), 0];
-    const along = unit(way), head = moment.position.slice(0, 3).map((p, k) => p + shift[k] - 0.09 * along[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
+    const c = Math.cos(moment.heading), s = Math.sin(moment.heading), way = [ARROW_SCALE * (c * x - s * y), ARROW_SCALE * (s * x + c * y), 0];
+    const along = unit(way), head = moment.torso.map((p, k) => p + shift[k] - 0.09 * along[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
     const side = [-along[1], along[0], 0], rgb = [0.988, 0.769, 0.098, 1], out = [];
     const neck = head.map((p, k) => p - 0.035 * along[k]);
     for (const wide of [side, [0, 0, 1]]) {
@@ -544,7 +543,7 @@ function ribbon(corners, colour, alpha, closed = true) {
   const out = [], rgb = colour.map((c) => c / 255);
   corners.slice(0, closed ? undefined : -1).forEach((a, i) => {
     const b = corners[(i + 1) % corners.length], way = unit(minus(b, a)), level = Math.hypot(way[0], way[1]) > 0.05;
-    const side = (level ? [-way[1], way[0], 0] : [0.7, 0.7, 0]).map((x) => 0.5 * RIBBON * x);
+    const side = (level ? [-way[1], way[0], 0] : [0.7, 0.7, 0]).map((x) => 0.5 * RIBBON_WIDTH * x);
     const p = (q, s) => q.map((x, k) => x + s * side[k]);
     for (const v of [p(a, 1), p(a, -1), p(b, -1), p(a, 1), p(b, -1), p(b, 1)]) out.push(...v, ...rgb, alpha);
   });

@@ -2,9 +2,9 @@
 "use strict";
 
 const CODEC = "vp09.00.40.08"; // VP9, level 4: up to 1920 x 1080 at 30 pictures a second
-const SHARE = 0.3; // of the breadth, for the charts
-const KEY = 2; // s from one key picture to the next
-const TOLD = 2.5; // s for which an event is told
+const CHART_SHARE = 0.3; // of the breadth, for the charts
+const KEY_INTERVAL = 2; // s from one key picture to the next
+const EVENT_TIME = 2.5; // s for which an event is shown
 
 class Video {
   constructor(player, { width, height, rate, bits, theme }) {
@@ -29,7 +29,7 @@ class Video {
     for (const time of times) {
       this.paint(time);
       const frame = new VideoFrame(this.canvas, { timestamp: Math.round((1e6 * this.count) / this.rate) });
-      this.encoder.encode(frame, { keyFrame: this.count % (KEY * this.rate) === 0 });
+      this.encoder.encode(frame, { keyFrame: this.count % (KEY_INTERVAL * this.rate) === 0 });
       frame.close();
       this.count += 1;
     }
@@ -40,7 +40,7 @@ class Video {
 
   paint(time) {
     const { player, colours } = this, { scene, charts } = player, { width, height } = this.canvas;
-    const c = this.canvas.getContext("2d"), unit = height / 720, side = Math.round(SHARE * width);
+    const c = this.canvas.getContext("2d"), unit = height / 720, side = Math.round(CHART_SHARE * width);
     player.time = time;
     const actors = player.actors(), [{ run, moment }] = actors;
     Object.assign(scene.canvas, { width: width - side, height });
@@ -68,23 +68,23 @@ class Video {
     let top = 16;
     for (const chart of charts.list) {
       c.setTransform(unit, 0, 0, unit, left, unit * (top + 16));
-      const words = charts.paint(c, chart, width - 8, chart.height, colours);
+      const labels = charts.paint(c, chart, width - 8, chart.height, colours);
       Object.assign(c, { font: "600 11px system-ui, sans-serif", fillStyle: colours.text, textAlign: "left", textBaseline: "alphabetic" });
       c.fillText(chart.title, LEFT, -5);
       Object.assign(c, { font: "11px system-ui, sans-serif", textAlign: "right" });
-      words.reduceRight((right, word, i) => ((c.fillStyle = chart.lines[i].colour), c.fillText(word, right, chart.height + 12), right - c.measureText(word).width - 9), width - 8 - RIGHT);
+      labels.reduceRight((right, word, i) => ((c.fillStyle = chart.lines[i].colour), c.fillText(word, right, chart.height + 12), right - c.measureText(word).width - 9), width - 8 - RIGHT);
       top += chart.height + 38;
     }
     c.setTransform(unit, 0, 0, unit, left, unit * top);
     charts.paintPhases(c, width - 8, colours);
   }
 
-  // The last event, and after a fall what went wrong first.
+  // The last event, and after a fall its first symptom.
   tell({ events, fall }, time, line) {
     const happened = events.filter((event) => event.time <= time), last = happened[happened.length - 1];
     if (fall && time >= fall.time && time < (fall.until ?? Infinity)) {
       line(`It fell at ${fall.time.toFixed(2)} s. What went wrong first:`, 668, "600 18px", "#fa5252");
       line(fall.text, 692, "18px", this.colours.text);
-    } else if (last && time - last.time < TOLD) line(last.text, 692, "18px", this.colours.event(last, false));
+    } else if (last && time - last.time < EVENT_TIME) line(last.text, 692, "18px", this.colours.event(last, false));
   }
 }

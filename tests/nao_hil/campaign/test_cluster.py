@@ -120,7 +120,7 @@ def test_a_worker_that_rounds_differently_refuses_in_one_sentence(
 
 def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(cluster: Cluster) -> None:
     said: list[str] = []
-    executor = open_executor(cluster.address, say=said.append)
+    executor = open_executor(cluster.address, notify=said.append)
     found = []
     for each in executor.run(Job(f"job {k}", time.sleep, 0.1) for k in range(60)):
         assert each.error is None
@@ -147,13 +147,13 @@ def test_a_result_that_dies_with_the_last_worker_ends_the_run_in_one_sentence(
         for worker in cluster.workers:
             worker.kill()
             worker.wait()
-        monkeypatch.setattr(executors_dask, "RECONNECT", 0.2)
+        monkeypatch.setattr(executors_dask, "MAX_LOST_TIME", 0.2)
         monkeypatch.setattr(executors_dask, "COUNT_INTERVAL", 0.1)
         return gather(*arguments, **more)
 
     monkeypatch.setattr(Client, "gather", killed_before)
     said: list[str] = []
-    executor = open_executor(cluster.address, say=said.append)
+    executor = open_executor(cluster.address, notify=said.append)
     with pytest.raises(LinkError, match=r"the scheduler at tcp://.* has had no worker for"):
         list(executor.run([Job("a", abs, -1)]))
     executor.close()

@@ -20,7 +20,7 @@ from sqlalchemy.exc import OperationalError
 
 from bridge.config import read_toml
 from bridge.errors import ConfigurationError
-from nao_hil.campaigns.objective import BATCH, Ensemble, judge, score
+from nao_hil.campaigns.objective import BATCH_SIZE, Ensemble, judge, score
 from nao_hil.campaigns.results import ask
 from nao_hil.campaigns.study import Range, Stopped, count, enqueue, improve, open_study, shipped
 from nao_hil.campaigns.tuned import compare, importances, read_space, write_tuned
@@ -46,7 +46,7 @@ def test_a_study_finds_the_best_point_and_ends_hopeless_trials_early(tmp_path: P
     assert abs(study.best_params["controller.damping.roll"] - 0.05) < 0.02
     pruned = [trial for trial in study.trials if trial.state.name == "PRUNED"]
     assert pruned
-    assert min(trial.user_attrs["walks"] for trial in pruned) == BATCH
+    assert min(trial.user_attrs["walks"] for trial in pruned) == BATCH_SIZE
     shares = importances(study)
     assert shares["controller.damping.roll"] > shares["controller.damping.pitch"]
     # resumed: no trial more than asked for

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from bridge.errors import ConfigurationError
 from walker.gaits import gait_parameters
 from walker.gaits.omni.footholds import rate_limited_velocity
-from walker.gaits.order import NEAR, TURNED, Steering, WalkOrder, target_order
+from walker.gaits.order import ARRIVAL_ANGLE, ARRIVAL_DISTANCE, Steering, WalkOrder, target_order
 from walker.gaits.plan import Foothold
 
 P = gait_parameters("omni")
@@ -42,8 +42,8 @@ def end(steering: Steering, here: Foothold, steps: int = 400) -> tuple[Foothold,
 def test_it_arrives_from_anywhere(begin, share):
     goal = Foothold(0.4, -0.1, 1.0)
     there, _ = end(Steering(P, goal, share), begin)
-    assert math.dist(there[:2], goal[:2]) <= NEAR
-    assert abs(math.remainder(there.yaw - goal.yaw, math.tau)) <= TURNED
+    assert math.dist(there[:2], goal[:2]) <= ARRIVAL_DISTANCE
+    assert abs(math.remainder(there.yaw - goal.yaw, math.tau)) <= ARRIVAL_ANGLE
 
 
 def test_a_walk_that_drifts_more_than_it_may_correct_ends_close_to_its_goal():
@@ -55,7 +55,7 @@ def test_a_walk_that_drifts_more_than_it_may_correct_ends_close_to_its_goal():
         x, _, turn = steering.velocity(here)
         here = moved(here, (max(x, -0.005) + 0.02, 0.0, turn), P.T)
     assert steering.arrived(here, here)
-    assert math.dist(here[:2], (0.05, 0.015)) < 6.0 * NEAR
+    assert math.dist(here[:2], (0.05, 0.015)) < 6.0 * ARRIVAL_DISTANCE
 
 
 @given(start)

@@ -15,7 +15,7 @@ from bridge.messages.walk import UpperBody
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from tests.frames import standing_frame
-from walker.states.state import RETURN, UpperBodyOrders
+from walker.states.state import RETURN_RATE, UpperBodyOrders
 
 HEAD, ARM = INDEX["HeadYaw"], INDEX["LShoulderPitch"]
 LEGS = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
@@ -45,7 +45,7 @@ def test_a_joint_that_is_given_back_returns_at_a_bounded_speed() -> None:
     assert orders.merged(state, 0.01)[0][HEAD] == 0.1
     orders.take(order())
     angles = [orders.merged(state, 0.01)[0][HEAD] for _ in range(6)]
-    assert angles == pytest.approx([max(0.1 - RETURN * 0.01 * i, 0.0) for i in range(1, 7)])
+    assert angles == pytest.approx([max(0.1 - RETURN_RATE * 0.01 * i, 0.0) for i in range(1, 7)])
 
 
 def test_a_robot_that_fell_has_its_own_angles() -> None:

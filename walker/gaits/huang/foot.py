@@ -41,7 +41,7 @@ class FootShape:
 
 
 class Placement(NamedTuple):
-    """A foot that stands flat."""
+    """Pose of a flat foot."""
 
     x: float
     """Below the ankle along the sole's normal, on the ground, m."""
@@ -68,7 +68,7 @@ class Rolling(NamedTuple):
 
     @classmethod
     def over(cls, shape: FootShape, place: Placement, *, toe: bool) -> Rolling:
-        """Over the toe or the heel of a foot that stands flat at a place."""
+        """Over the toe or the heel of a foot that is flat at a place."""
         forward = shape.l_af if toe else -shape.l_ab
         s, c = math.sin(place.pitch), math.cos(place.pitch)
         return cls((place.x + c * forward, place.z - s * forward), (-forward, shape.l_an))
@@ -97,19 +97,19 @@ class Apex(NamedTuple):
     time: float
     """From the beginning of the foot's cycle, s."""
     way: float
-    """Fraction of the way from stand to stand."""
+    """Fraction of the path."""
     height: float
-    """Of the ankle above the higher of both stands, m."""
+    """Of the ankle above the higher of both ends, m."""
 
 
 class FootPath:
-    """From one stand of a foot to its next one; time counts from the beginning of its cycle.
+    """From one placement of a foot to the next; time counts from the beginning of its cycle.
 
     Args:
         p: of the gait.
         shape: of the foot.
-        start: stand before.
-        end: stand after.
+        start: placement before.
+        end: placement after.
         fraction: of a whole step's roll that this one has; the first and the last step have half.
         apex: highest point, where it is not as the parameters have it.
     """
@@ -140,7 +140,7 @@ class FootPath:
         self._check_roll(p)
 
     def sample(self, times: Array) -> FootPose:
-        """Ankle and pitch at many times, s; before and after the path the foot stands."""
+        """Ankle and pitch at many times, s; before and after the path the foot rests."""
         t = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.settled)
         pitch = self.pitch.sample(t)[0]
         toe, heel = self._toe.places(pitch), self._heel.places(pitch)
@@ -188,7 +188,7 @@ class FootPath:
                 )
 
 
-_SHIFTS: Final = (
+_APEX_SHIFTS: Final = (
     (0.0, 0.0),
     (-0.1, -0.1),
     (0.1, 0.1),
@@ -198,9 +198,9 @@ _SHIFTS: Final = (
     (0.15, 0.35),
 )
 """Of the apex in time and way, fractions of the swing: early and short up a step, late and far down one."""
-_RAISES: Final = (0.0, 0.004, 0.008, 0.012)
+_APEX_RAISES: Final = (0.0, 0.004, 0.008, 0.012)
 """m"""
-_MOMENTS: Final = 60
+_SAMPLES: Final = 60
 _TOLERANCE: Final = 1e-9
 """m; rounding of a sole that rolls on the ground."""
 
@@ -220,11 +220,11 @@ class ClearPaths:
         self._half_width = max(abs(y) for _, y in body.foot.sole)
 
     def path(self, start: Placement, end: Placement, y: float) -> FootPath:
-        """The path from one stand to the next: as the parameters have it, or the first other that clears edges.
+        """The path from one placement to the next: by the parameters, or the first variation that clears edges.
 
         Args:
-            start: stand before.
-            end: stand after.
+            start: placement before.
+            end: placement after.
             y: of the ankle, m.
 
         Raises:
@@ -237,8 +237,8 @@ class ClearPaths:
             return path
         deepest = self._depth(path, y)
         swing, way = p.T_c - p.T_d, (p.L_ao or p.D_s) / (2.0 * p.D_s)
-        for rise in _RAISES:
-            for time, ahead in _SHIFTS:
+        for rise in _APEX_RAISES:
+            for time, ahead in _APEX_SHIFTS:
                 if deepest <= _TOLERANCE:
                     return path
                 apex = Apex(p.T_m + time * swing, way + ahead, p.H_ao + rise)
@@ -252,9 +252,9 @@ class ClearPaths:
         return path
 
     def _depth(self, path: FootPath, y: float) -> float:
-        """How deep a path goes into the ground, m."""
+        """Largest depth of a path below the ground, m."""
         ground = self._p.ground
         sides = (y - self._half_width, y, y + self._half_width)
-        x, z = path.sole(even(0.0, path.settled, _MOMENTS), self._along)
+        x, z = path.sole(even(0.0, path.settled, _SAMPLES), self._along)
         places = zip(x.ravel().tolist(), z.ravel().tolist(), strict=True)
         return float(max(ground.at(place, sides) - height for place, height in places))

@@ -1,4 +1,4 @@
-"""Where to put the feet on known ground: steps of even length, except where a sole would lie across an edge."""
+"""Footholds on known ground: steps of even length, except where a sole would rest across an edge."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from bridge.types import Array
 from walker.gaits.huang.foot import FootShape, Placement
 from walker.gaits.huang.parameters import HuangParameters, refuse
 
-_RASTER: Final = 0.005
+_GRID_SPACING: Final = 0.005
 """m; of the places that are tried."""
-_CLEAR: Final = 0.015
+_EDGE_CLEARANCE: Final = 0.015
 """Kept free between a sole and an edge, m: the way in which a toe rises by the step's height."""
-_NEAR: Final = 0.2
+_EDGE_RANGE: Final = 0.2
 """m; further behind an edge nothing of a foot is left."""
 _HORIZON: Final = 6
 """Steps looked ahead: a long step over an edge takes a short one before it."""
@@ -49,7 +49,7 @@ class Footholds:
                     )
 
     def place(self, x: float, y: float) -> Placement:
-        """The stand of a foot at a place: height and slope of the ground there.
+        """Height and slope of the ground under a foot at a place.
 
         Args:
             x: along the walk, m.
@@ -59,24 +59,25 @@ class Footholds:
         return Placement(x, ground.at(x, self._sides(y)), ground.slope)
 
     def next(self, stance: float, y: float) -> Placement:
-        """Where to land ahead of a stance foot.
+        """Foothold of the swing foot ahead of a stance foot.
 
         Args:
             stance: x of the stance foot, m.
-            y: of the swing foot; the other foot stands as far to the other side, m.
+            y: of the swing foot; the other foot is as far to the other side, m.
 
         Raises:
             ConfigurationError: no step up to D_max gets over an edge.
         """
         p = self._p
-        if not any(stance - _NEAR < edge < stance + _HORIZON * p.D_max + _NEAR for edge in p.ground.edges()):
+        low, high = stance - _EDGE_RANGE, stance + _HORIZON * p.D_max + _EDGE_RANGE
+        if not any(low < edge < high for edge in p.ground.edges()):
             return self.place(stance + p.D_s, y)
         return self.place(stance + self._way(stance, y), y)
 
     def _way(self, stance: float, y: float) -> float:
         """The first of the next steps that together depart least, in squares, from D_s."""
         p = self._p
-        shorter, longer = int(p.D_s / _RASTER - 1e-9), int((p.D_max - p.D_s) / _RASTER + 1e-9)
+        shorter, longer = int(p.D_s / _GRID_SPACING - 1e-9), int((p.D_max - p.D_s) / _GRID_SPACING + 1e-9)
         shifts = np.arange(-shorter, longer + 1)
         costs = shifts.astype(np.float64) ** 2
         sides = {1: self._forbidden(y), 0: self._forbidden(-y)}
@@ -86,7 +87,7 @@ class Footholds:
             # All places after n steps, as multiples of the raster off even steps.
             raster = np.arange(-n * shorter, n * longer + 1)
             value = ahead[: len(raster)].copy()
-            places = stance + n * p.D_s + _RASTER * raster
+            places = stance + n * p.D_s + _GRID_SPACING * raster
             for begin, end in sides[n % 2]:
                 value[(places > begin) & (places < end)] = np.inf
             before = len(raster) - len(shifts) + 1
@@ -99,18 +100,18 @@ class Footholds:
                 f"at x = {edges} m with {1e3 * p.overhang:.0f} mm of a sole over an edge; make D_max or "
                 "overhang larger"
             )
-        return float(p.D_s + _RASTER * shifts[int(np.argmin(options[0]))])
+        return float(p.D_s + _GRID_SPACING * shifts[int(np.argmin(options[0]))])
 
     def _forbidden(self, y: float) -> list[tuple[float, float]]:
-        """Where an ankle must not be: the sole would lie across an edge with more than its overhang."""
+        """Intervals of x in which no ankle may be: the sole would overhang an edge too far."""
         ground, shape, over = self._p.ground, self._shape, self._p.overhang
         forbidden = []
         for edge in ground.edges():
             before, after = (ground.height(edge + shift, self._sides(y)) for shift in (-1e-6, 1e-6))
             if after > before:
-                forbidden.append((edge - shape.l_af - _CLEAR, edge + shape.l_ab - over))
+                forbidden.append((edge - shape.l_af - _EDGE_CLEARANCE, edge + shape.l_ab - over))
             elif after < before:
-                forbidden.append((edge - shape.l_af + over, edge + shape.l_ab + _CLEAR))
+                forbidden.append((edge - shape.l_af + over, edge + shape.l_ab + _EDGE_CLEARANCE))
         return forbidden
 
     def _sides(self, y: float) -> tuple[float, float, float]:

@@ -39,10 +39,10 @@ _TOLERANCE: Final = 1e-9
 
 
 def check_swing(p: HuangParameters, body: Body) -> None:
-    """No foot goes through flat ground, in a whole step or in a half one.
+    """Check that no foot passes through flat ground, in a whole step or in a half one.
 
     Raises:
-        ConfigurationError: says how deep and when.
+        ConfigurationError: with depth and time.
     """
     if p.l_FA < (width := 2.0 * max(-y for _, y in body.foot.sole)):
         refuse(
@@ -101,7 +101,7 @@ def _check_ranges(body: Body, angles: list[float], step: int) -> None:
 
 _EPSILON: Final = 1e-9
 """s; cycles end on robot cycles in spite of rounding."""
-_TRIAL: Final = 0.02
+_TRIAL_INTERVAL: Final = 0.02
 """s; sampling of the walk in which reach and joint ranges are checked."""
 _TRIAL_STEPS: Final = 4
 """A first step, two periodic ones, and the beginning of another."""
@@ -112,18 +112,18 @@ Pose = tuple[tuple[float, float, float], Ankle, Ankle]
 
 @dataclass(frozen=True, slots=True)
 class HuangFoot:
-    """One foot: where it stands, or stood before the swing under way."""
+    """Placement of one foot, or the last one before the swing under way."""
 
     stand: Placement
     path: FootPath | None = None
     """Its newest swing."""
     began: float = 0.0
-    """When that began, s of the walk."""
+    """Beginning of its swing, s of the walk."""
 
 
 @dataclass(frozen=True, slots=True)
 class HuangState:
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     left: HuangFoot
     right: HuangFoot
@@ -133,7 +133,7 @@ class HuangState:
     """The hip's motion under way."""
     stage: Stage = "stand"
     began: float = 0.0
-    """When the piece began, in the time of the walk."""
+    """Beginning of the piece, in the time of the walk."""
     t: float = 0.0
     """Since then."""
     carry: float = 0.0
@@ -152,7 +152,7 @@ class HuangState:
 
     @property
     def over(self) -> bool:
-        """Whether the piece has come to its end."""
+        """Whether the piece is at its end."""
         return self.t >= self.piece.duration - _EPSILON
 
     @property
@@ -169,7 +169,7 @@ class HuangGait:
     """The walking cycle with heel and toe.
 
     Args:
-        parameters: of the gait; `plans` completes what they leave open of the hip's motion.
+        parameters: of the gait; `plans` completes those of the hip's motion that they leave open.
         body: data sheet.
 
     Raises:
@@ -187,7 +187,7 @@ class HuangGait:
         ground = parameters.ground.stretched(1.0 / parameters.progress)
         self.parameters = parameters = msgspec.structs.replace(parameters, ground=ground, progress=1.0)
         self.choice = choice_of(parameters, body)
-        """Where the hip is at the ends of single support."""
+        """Places of the hip at the ends of single support."""
         self._shape, self.bodies = FootShape.of(body), Bodies(body, ARMS)
         half_width = max(abs(y) for _, y in body.foot.sole)
         self._footholds = Footholds(parameters, self._shape, half_width)
@@ -198,7 +198,7 @@ class HuangGait:
         check_walk(parameters, body, self._trial())
 
     def initial(self) -> HuangState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         left, right = self._initial_feet()
         piece = self._pieces.stand(0.0, self._level(left))
         return HuangState(HuangFoot(left), HuangFoot(right), self.parameters.first_swing, piece)
@@ -215,7 +215,7 @@ class HuangGait:
         t = state.t + state.carry + dt
         state = replace(state, t=t, carry=0.0)
         if state.over:
-            # What comes next is decided at the next call, by whoever has seen this step completed.
+            # The next piece is chosen at the next call, when the caller has seen this step completed.
             duration = state.piece.duration
             state = self._complete(replace(state, t=duration, carry=max(t - duration, 0.0)))
         return self._plan(state), state
@@ -238,7 +238,7 @@ class HuangGait:
     def _trial(self) -> Iterator[tuple[int, list[float]]]:
         """Steps and joint angles of a walk over all edges of the known ground, and two steps more."""
         last_edge = max(self.parameters.ground.edges(), default=0.0)
-        for _, state in dry_walk(self, _TRIAL):
+        for _, state in dry_walk(self, _TRIAL_INTERVAL):
             yield state.steps, self.bodies.joint_angles(*self.pose(state))
             if state.steps >= _TRIAL_STEPS and state.stance_x > last_edge:
                 return

@@ -1,12 +1,12 @@
 """The motion of the hip: x by (8), (9), z by (7), and y by the same means, from rest, through cycles, to rest.
 
-Time of a cycle counts from the beginning of double support; the rear foot stands at x = 0, the front foot at
-D_s, and y is positive towards the front foot, which the cycle is to stand on. The source walks in the plane.
+Time of a cycle counts from the beginning of double support; the rear foot is at x = 0, the front foot, the next
+stance foot, at D_s, and y is positive towards the front foot. The source walks in the plane.
 Sideways the hip has three knots: `y_d` off the path at both ends of single support, `y_m` in its middle, and
 every cycle is the mirror image of the one before. The source gives no motion from rest and to rest for y.
 
 The printed closed form (10) violates its own conditions (8), (9); the periodic spline on x_h - (D_s / T_c) t
-meets them. The middle of single support is T_d + (T_c - T_d) / 2, not the (T_c - T_d) / 2 printed in (7).
+satisfies them. The middle of single support is T_d + (T_c - T_d) / 2, not the (T_c - T_d) / 2 printed in (7).
 
 The knots are named by the parameters, or scaled from the shipped plan of the body. `nao-hil plan --robot BODY
 --out DIR` searches a plan; `plans/BODY.toml` is the `config.toml` that it writes for the shipped parameters.
@@ -35,7 +35,7 @@ from walker.gaits.huang.spline import Cubic, even, joined, periodic
 
 
 class Choice(NamedTuple):
-    """Where the hip is at the ends of single support and, sideways, in its middle; see `HuangParameters`, m."""
+    """Hip at the ends of single support and, sideways, in its middle, m; see `HuangParameters`."""
 
     x_sd: float
     x_ed: float
@@ -73,7 +73,7 @@ PLANS: Final = Path(__file__).parent / "plans"
 
 
 class ShippedPlan(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A plan with all parameters that it was searched for."""
+    """A plan with all parameters of its search."""
 
     robot: str
     gait: str
@@ -81,7 +81,7 @@ class ShippedPlan(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 def choice_of(p: HuangParameters, body: Body) -> Choice:
-    """Where the hip is at the ends and in the middle of single support.
+    """Places of the hip at the ends and in the middle of single support.
 
     Args:
         p: parameters; the numbers that they name are taken as they are.
@@ -147,7 +147,7 @@ class Piece:
     z: tuple[tuple[float, Cubic], ...]
     """Heights over the ground, m, each with the time from which it holds, s."""
     ground: tuple[float, float]
-    """Height of the patch that the hip comes from and of the one that it goes to, m."""
+    """Height of the patch under the hip before and after, m."""
     rise: float
     """Time in which it changes over, s."""
     slope: float
@@ -200,11 +200,11 @@ class Pieces:
     ) -> Piece:
         """A cycle.
 
-        Steps of another length than D_s scale the ends of the hip's motion (8) and their derivatives; they meet
+        Steps of another length than D_s scale the ends of the hip's motion (8) and their derivatives; they join
         where the steps do.
 
         Args:
-            feet: where the swing foot comes from, the stance foot, where the swing foot lands.
+            feet: lift-off of the swing foot, the stance foot, landing of the swing foot.
             levels: height of the ground below the last stance foot and below this one, m.
             side: 1 on the left foot, -1 on the right one.
         """

@@ -117,9 +117,9 @@ class Bodies:
 
         Args:
             frames: shape (..., bodies, 4, 4).
-            second: what multiplies 1, u', u'^2 and u'' in the frames' second derivative in time, or the first
+            second: coefficients of 1, u', u'^2 and u'' in the frames' second derivative in time, or the first
                 of these alone; each of the frames' shape.
-            first: what multiplies 1 and u' in their first one, or the former alone.
+            first: coefficients of 1 and u' in their first one, or the former alone.
 
         Returns:
             Shape (3, len(second), ...): for x, y and weight the factors of 1, u', u'^2, u''.

@@ -10,7 +10,7 @@ from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround
 from walker.gaits.gait import GaitParameters, PeriodicStep
 
-# A NAO is half a metre high: what is larger is a slip of the pen.
+# A NAO is half a metre high: a larger length is a typing error.
 _Length = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 _Place = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 _Time = Annotated[float, msgspec.Meta(ge=0.01, le=60.0)]
@@ -27,7 +27,7 @@ class HuangParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_
     T_d: _Time
     """Double support at its beginning, s."""
     T_m: _Time
-    """When the swing foot is highest, from the beginning of its cycle, s."""
+    """Time of the swing foot's highest point, from the beginning of its cycle, s."""
     D_s: _Length
     """Length of a step, m."""
     l_FA: _Length
@@ -47,24 +47,24 @@ class HuangParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_
     T_start: _Time
     """From rest to the first cycle, and from the last one to rest, s; not in the source."""
     sole_give: Annotated[float, msgspec.Meta(gt=0.0, le=0.01)]
-    """What of a sole is less than this above the ground bears load, m."""
+    """Parts of a sole less than this above the ground bear load, m."""
     x_0: _Place = 0.0
     """The point of the stance foot from which x_sd and x_ed count, ahead of the ankle, m; 0 in the source.
-    The middle of a NAO's sole is 20 mm ahead of its ankle, and counted from there the best ones lie on (11)."""
+    The middle of a NAO's sole is 20 mm ahead of its ankle; counted from there the best ones are on (11)."""
     x_sd: _Place | None = None
-    """How far the hip is behind that point when single support begins, m; None: as planned for the body, see
+    """Distance of the hip behind that point when single support begins, m; None: as planned for the body, see
     `walker.gaits.huang.hip`."""
     x_ed: _Place | None = None
-    """How far it is ahead of it when single support ends, m; None: as planned."""
+    """Distance ahead of it when single support ends, m; None: as planned."""
     y_d: _Place | None = None
-    """How far the hip is off the path towards the stance foot when single support begins and ends, m; None:
+    """Distance of the hip from the path towards the stance foot when single support begins and ends, m; None:
     as planned."""
     y_m: _Place | None = None
     """The same in the middle of single support, m; None: as planned."""
     D_max: _Length = 0.13
     """Longest step over an edge of the known ground, m."""
     overhang: Annotated[float, msgspec.Meta(ge=0.0, le=0.1)] = 0.04
-    """How much of a sole's length may hang over an edge of the known ground, at heel or toe, m."""
+    """Length of a sole that may overhang an edge of the known ground, at heel or toe, m."""
     progress: Annotated[float, msgspec.Meta(gt=0.5, le=1.5)] = 1.0
     """Fraction of the planned way that the robot makes: edges of known ground are expected that much later."""
     ground: KnownGround = KnownGround()

@@ -17,7 +17,7 @@ Condition = tuple[int, int, float]
 
 
 class Cubic:
-    """A piecewise cubic; outside its breaks the ends' pieces go on.
+    """A piecewise cubic; outside its breaks the ends' pieces continue.
 
     Args:
         breaks: n + 1 ascending times, s.
@@ -92,14 +92,14 @@ def joined(
 ) -> Cubic:
     """The C2 spline from one full state to another through a point between.
 
-    Two knots without a value of their own, one in each interval, give it the freedom to meet the accelerations.
+    Two knots without a value of their own, one in each interval, are free to match the accelerations.
 
     Args:
         times: of start, middle and end, s.
         start: state there.
         middle: position.
         end: state there.
-        ease: fraction of an interval, from the outer end, at which its free knot lies; a fifth gives a swing
+        ease: fraction of an interval, from the outer end, at which its free knot is; a fifth gives a swing
             foot half the acceleration that a half gives.
     """
     t0, t1, t2 = times

@@ -1,8 +1,8 @@
 """Footholds of the omnidirectional gait: the nominal ones of a velocity, their limits, and the capture point.
 
-Capture-point end conditions say where the capture point must be for a walk to go on without end. For a ZMP p(t)
+Capture-point end conditions determine the capture point from which a walk stays bounded. For a ZMP p(t)
 the capture point obeys xi' = omega (xi - p) (Englsberger et al., T-RO 31(2), 2015). It stays bounded only if it
-begins at xi(0) = omega int_0^inf exp(-omega t) p(t) dt. In step i, of duration T, the ZMP goes within the first
+begins at xi(0) = omega int_0^inf exp(-omega t) p(t) dt. In step i, of duration T, the ZMP moves in the first
 T_DSP straight from p_{i-1} to p_i and rests there. With q = exp(-omega T) and
 rho = 1 - (1 - exp(-omega T_DSP)) / (omega T_DSP) the integral is
 
@@ -30,7 +30,7 @@ def rate_limited_velocity(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
 
 
 def _nearer(v: float, goal: float, up: float, down: float) -> float:
-    """One component: a change of sign goes by way of rest."""
+    """One component: a change of sign passes through rest."""
     goal = goal if v * goal >= 0.0 else 0.0
     bound = down if abs(goal) < abs(v) else up
     return goal if abs(goal - v) < bound + 1e-9 else v + math.copysign(bound, goal - v)
@@ -44,12 +44,12 @@ def steps_to_rest(p: OmniParameters, velocity: Vec3) -> int:
 def nominal_foothold(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) -> Foothold:
     """The next foothold of a walk at a constant velocity.
 
-    Sideways the foot on that side makes the way of two steps and the other one comes after, so that the feet
+    Sideways the foot on that side makes the way of two steps and the other one follows, so that the feet
     are never closer than the step width; most of a turn is made by the foot that turns its toes outward.
 
     Args:
         p: of the gait.
-        stance: foothold of the foot that stands.
+        stance: foothold of the stance foot.
         swing: the other foot.
         velocity: m/s, m/s, rad/s.
     """
@@ -57,7 +57,7 @@ def nominal_foothold(p: OmniParameters, stance: Foothold, swing: Side, velocity:
     way = 2.0 * y * p.T if y * sign > 0.0 else 0.0
     turn = 2.0 * yaw * p.T * (p.turn_share if yaw * sign > 0.0 else 1.0 - p.turn_share)
     half = 0.5 * sign * p.l_FA
-    # The middle between the feet goes straight in the mean of its headings.
+    # The middle between the feet moves straight in the mean of its headings.
     middle = Foothold(*stance.point(0.0, half), stance.yaw + 0.5 * turn)
     middle = Foothold(*middle.point(x * p.T, way), stance.yaw + turn)
     return Foothold(*middle.point(0.0, half), middle.yaw)
@@ -68,7 +68,7 @@ def clip_foothold(p: OmniParameters, stance: Foothold, swing: Side, foothold: Fo
 
     Args:
         p: of the gait.
-        stance: foothold of the foot that stands.
+        stance: foothold of the stance foot.
         swing: the other foot.
         foothold: wished.
     """

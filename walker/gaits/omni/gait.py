@@ -1,11 +1,11 @@
-"""The omnidirectional gait: a pendulum that goes from foot to foot, by capture-point end conditions.
+"""The omnidirectional gait: a pendulum that changes from foot to foot, by capture-point end conditions.
 
 Order of phases: start (both feet), SSL, SSR, ..., stop (both feet), stand. In `start` a resting ZMP pushes the
-capture point to where the first step needs it. At every instant of a step the foothold to come is the one that
-lets the walk go on for ever at the velocity in force, from the capture point that the pendulum will have
+capture point to where the first step needs it. At every instant of a step the next foothold is the one that
+keeps the walk at the velocity in force bounded, from the capture point that the pendulum will have
 (`bounded_capture_point`). In `stop` a resting ZMP leads the capture point to the middle between the feet.
 
-A push that ends a stand begins a step at once, which follows the measured capture point; then come stop, start,
+A push at a stand begins a step at once, which follows the measured capture point; then follow stop, start,
 a closing step, and stop.
 
 The velocity of a step counts for all the steps planned after it: a new command needs no new plan, only another
@@ -41,16 +41,16 @@ REST: Final[Vec3] = (0.0, 0.0, 0.0)
 
 
 class OmniState(NamedTuple):
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     stance: Foothold
-    """Of the foot that stands, or stands first."""
+    """Of the stance foot, or of the first one."""
     liftoff_pose: Foothold
     """Pose of the other foot before its swing."""
     swing: Side
     """The other foot."""
     target: Foothold
-    """Where the swing under way ends."""
+    """Foothold at the end of the swing under way."""
     com: Vec2
     xi: Vec2
     """Capture point."""
@@ -59,7 +59,7 @@ class OmniState(NamedTuple):
     velocity: Vec3 = REST
     """Of the step under way, m/s, m/s, rad/s."""
     correction: Vec3 = REST
-    """What feedback adds to it."""
+    """Added by feedback."""
     heading_correction: float = 0.0
     """Angle by which feedback turned the walk since its beginning, rad."""
     phase: Phase = "stand"
@@ -71,13 +71,13 @@ class OmniState(NamedTuple):
     capture_step: bool = False
     """The step under way, or the last one, is a capture step: it follows the measured capture point."""
     backward: bool = False
-    """That capture step goes back."""
+    """The capture step is backward."""
     adjustment: Vec2 = (0.0, 0.0)
-    """By which feedback moved the target, m."""
+    """Shift of the target by feedback, m."""
     com_offset: Vec2 = (0.0, 0.0)
     """Planned centre of mass less the pendulum's, m."""
     moved: Vec2 = (0.0, 0.0)
-    """Way by which the pendulum was put elsewhere since the beginning, m."""
+    """Shift of the pendulum by feedback since the beginning, m."""
 
     @property
     def single(self) -> bool:
@@ -92,14 +92,14 @@ class OmniState(NamedTuple):
 
 
 _HORIZON: Final = 6
-"""Footholds beyond the next one; what comes later weighs q^6 = 1e-4."""
+"""Footholds beyond the next one; later ones weigh q^6 = 1e-4."""
 _EPSILON: Final = 1e-9
 """s; phases end on cycle boundaries in spite of rounding."""
-_SETTLING: Final = 3.0
+_STOP_DURATION_FACTOR: Final = 3.0
 """Duration of `stop` over that of the capture point's way to the middle."""
-_LANDING: Final = 0.03
+_FREEZE_TIME: Final = 0.03
 """s before touch-down in which feedback moves the foothold no more."""
-_APART: Final = 0.005
+_CLOSED_TOLERANCE: Final = 0.005
 """m; feet farther off their places side by side are closed."""
 
 
@@ -126,7 +126,7 @@ class OmniGait:
         self._endless_walk = lru_cache(maxsize=4)(self._find_endless_walk)
 
     def initial(self) -> OmniState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         swing, half = self._p.first_swing, 0.5 * self._p.l_FA
         stance, liftoff_pose = (Foothold(0.0, -SIGN[swing] * half), Foothold(0.0, SIGN[swing] * half))
         com = (self._p.zmp_x, 0.0)
@@ -160,7 +160,7 @@ class OmniGait:
             if state.capture_step:
                 return self._p.T_backward_capture if state.backward else self._p.T_capture
             return self._p.T
-        return self._p.T_start * (_SETTLING if state.phase == "stop" else 1.0)
+        return self._p.T_start * (_STOP_DURATION_FACTOR if state.phase == "stop" else 1.0)
 
     def _advance(self, state: OmniState, dt: float, feedback: Feedback) -> OmniState:
         """The pendulum `dt` seconds later, over the ZMP of the middle of that time; and its foothold."""
@@ -177,7 +177,7 @@ class OmniGait:
         if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
             target = self._target(state)
             by = state.adjustment
-            if state.t < self._p.T - _LANDING:
+            if state.t < self._p.T - _FREEZE_TIME:
                 by = self._adjustment(state, target, feedback)
             adjusted = Foothold(target.x + by[0], target.y + by[1], target.yaw)
             state = state._replace(target=adjusted, adjustment=by)
@@ -197,13 +197,13 @@ class OmniGait:
         return state._replace(capture_step=True, backward=backward)
 
     def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
-        """A step `dt` seconds later that goes where the measured capture point needs it."""
+        """A step `dt` seconds later, towards the measured capture point."""
         p = self._p
         (x, y), (c_x, c_y) = measured.com, state.com
         com_offset = c_x + state.com_offset[0] - x, c_y + state.com_offset[1] - y
         zmp = self._edge(state, measured.xi)
         state = state._replace(com=measured.com, xi=measured.xi, zmp=zmp, com_offset=com_offset, t=state.t + dt)
-        if state.t < self._duration(state) - _LANDING:
+        if state.t < self._duration(state) - _FREEZE_TIME:
             target = self._target(state)
             if state.backward:
                 inwards = -SIGN[state.swing] * p.backward_capture_inset
@@ -231,8 +231,8 @@ class OmniGait:
         (x_0, y_0), (x, y) = state.zmp, foot
         return x_0 + share * (x - x_0), y_0 + share * (y - y_0)
 
-    def _walk_on(self, foot: Foothold, side: Side, velocity: Vec3) -> Iterator[Vec2]:
-        """ZMPs of a walk that goes on at a velocity: of a foothold (of the foot `side`) and those after it."""
+    def _steady_zmps(self, foot: Foothold, side: Side, velocity: Vec3) -> Iterator[Vec2]:
+        """ZMPs of a steady walk at a velocity: of a foothold (of the foot `side`) and those after it."""
         yield zmp_under(self._p, side, foot)
         for _ in range(_HORIZON):
             side = OTHER_SIDE[side]
@@ -240,7 +240,7 @@ class OmniGait:
             yield zmp_under(self._p, side, foot)
 
     def _target(self, state: OmniState) -> Foothold:
-        """Where the swing foot must come down for the walk to go on from the capture point it will have.
+        """Foothold of the swing foot from which the walk stays bounded with the predicted capture point.
 
         The condition is linear in the ZMP p_1 under the foothold:
         xi_end = (1 - rho) p_1 + rho p_0 + b, with b from a walk whose p_0 and p_1 both are at the origin.
@@ -262,11 +262,11 @@ class OmniGait:
             Yaw of that foothold, rad; the ZMP under it, and the capture point in which the walk begins, m.
         """
         first = Foothold(yaw=nominal_foothold(self._p, stance, side, velocity).yaw)
-        zmps = list(self._walk_on(first, side, velocity))
+        zmps = list(self._steady_zmps(first, side, velocity))
         return first.yaw, zmps[0], bounded_capture_point(self._omega, self._p.T, self._rho, [zmps[0], *zmps])
 
     def _adjustment(self, state: OmniState, target: Foothold, feedback: Feedback) -> Vec2:
-        """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m."""
+        """Shift of the foothold by the deviation that is predicted at touch-down, m."""
         p = self._p
         grow = math.exp(self._omega * max(p.T - state.t, 0.0))
         dx, dy = Foothold(yaw=-state.stance.yaw).point(*feedback.deviation)
@@ -285,10 +285,10 @@ class OmniGait:
     def _start(self, state: OmniState) -> OmniState:
         """Push the capture point by a resting ZMP to where a walk on the spot begins.
 
-        The ZMP z meets z + (xi - z) e^(omega T_start) = a + rho (z - c), where a is what the walk needs if its
+        The ZMP z satisfies z + (xi - z) e^(omega T_start) = a + rho (z - c), where a is the walk's need if its
         first transfer began at the centre of mass c.
         """
-        zmps = [state.com, *self._walk_on(state.stance, OTHER_SIDE[state.swing], REST)]
+        zmps = [state.com, *self._steady_zmps(state.stance, OTHER_SIDE[state.swing], REST)]
         needed = bounded_capture_point(self._omega, self._p.T, self._rho, zmps)
         grow, rho = math.exp(self._omega * self._p.T_start), self._rho
         x, y = (
@@ -304,7 +304,7 @@ class OmniGait:
             return self._begin_step(state, command)
         if state.phase == "stop":
             apart = state.stance.local(*state.liftoff_pose[:2])
-            if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
+            if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _CLOSED_TOLERANCE:
                 return self._start(state)
             state = state._replace(phase="stand", t=0.0, closing=False, velocity=REST)
             return state._replace(capture_step=False, backward=False)
@@ -314,7 +314,7 @@ class OmniGait:
         return self._stop(landed) if state.closing else self._begin_step(landed, command)
 
     def _landed(self, state: OmniState) -> OmniState:
-        """At the end of a step: the swing foot stands, and the pendulum goes with what feedback moved it by."""
+        """The end of a step: the swing foot supports, and the pendulum takes over the shift by feedback."""
         stance_side = OTHER_SIDE[state.swing]
         dx, dy = state.adjustment
         state = state._replace(
@@ -365,7 +365,7 @@ class OmniGait:
         return corrected[0] - x, corrected[1] - y, min(max(turn + correction, -most), most) - turn
 
     def _rest(self, state: OmniState) -> OmniState:
-        """Stay on both feet after a capture step; the centre of mass comes to the middle between them."""
+        """Stay on both feet after a capture step; the centre of mass moves to the middle between them."""
         a = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
         b = zmp_under(self._p, state.swing, state.liftoff_pose)
         x, y = middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
@@ -437,7 +437,7 @@ class OmniGait:
     def _stop_poses(self, state: OmniState) -> tuple[Foothold, ...]:
         """See `Plan.stop_poses`. Feedback counts as moving the next foothold as far as the one under way."""
         left = self._duration(state) - state.t
-        if left > _LANDING or state.closing or state.capture_step or state.phase in ("stop", "stand"):
+        if left > _FREEZE_TIME or state.closing or state.capture_step or state.phase in ("stop", "stand"):
             return ()
         now = self._side_by_side(state.target, state.swing)
         if not state.single:
@@ -448,7 +448,7 @@ class OmniGait:
         dx, dy = state.adjustment
         landed = self._landed(state._replace(xi=(x, y)))
         p_1 = zmp_under(self._p, state.swing, landed.stance)
-        # The ZMP is on its way there for T_DSP: as if the capture point were off by rho times that way.
+        # The ZMP moves there in T_DSP: as if the capture point were off by rho times that way.
         x, y = (xi + self._rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, p_1, strict=True))
         after = self._target(landed._replace(xi=(x, y), t=0.0, velocity=REST, correction=REST))
         later = self._side_by_side(Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)

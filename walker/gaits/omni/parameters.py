@@ -43,7 +43,7 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     zmp_y: Finite
     """The same to the outside of the ankle, m."""
     max_velocity: Vec3
-    """Forward, to either side, m/s, and turn, rad/s: semi-axes of the ellipsoid of what may be commanded."""
+    """Forward, to either side, m/s, and turn, rad/s: semi-axes of the ellipsoid of permitted commands."""
     max_backward: Positive
     """Semi-axis backward, m/s."""
     max_acceleration: Vec3
@@ -78,7 +78,7 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     backward_capture_inset: ShortLength
     """Way by which a capture step back ends nearer to the other foot, m."""
     capture_settling_time: Positive
-    """Time constant with which the planned centre of mass comes between the feet after a capture step, s."""
+    """Time constant with which the planned centre of mass moves between the feet after a capture step, s."""
     turn_share: Share
     """Share of a turn made by the steps of the foot on the inner side, which turn the toes outward."""
     first_swing: Literal["L", "R"] = "R"
@@ -96,7 +96,7 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
 
     @property
     def velocity(self) -> Vec3:
-        """Where none is commanded, m/s, m/s, rad/s."""
+        """The velocity without a command, m/s, m/s, rad/s."""
         return self.v_x, self.v_y, self.v_yaw
 
     def with_velocity(self, velocity: Vec3) -> OmniParameters:

@@ -1,7 +1,7 @@
 """The dynamically stable gait of the thesis (3.3.2): an inverted pendulum that falls from foot to foot.
 
 Order of phases, beginning on the right foot: start (from rest to A), SSR (acceleration only), DSL, SSL, DSR,
-SSR, ..., and at the end a single support that only decelerates to D while the swing foot comes down beside
+SSR, ..., and at the end a single support that only decelerates to D while the swing foot lands next to
 the stance foot, then stop (from D to rest). Phases do not end on cycle boundaries (the double support lasts
 four cycles); the remainder is carried over, and every phase is evaluated at its exact time. Position and
 velocity of the centre of mass are continuous throughout. Its acceleration, and with it the ZMP, jumps by
@@ -31,7 +31,7 @@ from walker.gaits.gait import GaitCommand, dry_walk
 from walker.gaits.plan import OTHER_SIDE, SIGN, Phase, Plan, SolePose, Support
 from walker.gaits.thesis.dynamic.step import DynamicParameters, StepPlan, Transfer, plan_step
 
-_TRIAL: Final = 0.005
+_TRIAL_INTERVAL: Final = 0.005
 """s; sampling of the walk in which the reach of the legs is checked."""
 _TRIAL_STEPS: Final = 3
 """A first, a periodic and a closing step."""
@@ -39,13 +39,13 @@ _TRIAL_STEPS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class DynamicState:
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     left: SolePose
-    """Where the left sole stands, or stood before the swing under way."""
+    """Of the left sole, or its last one before the swing under way."""
     right: SolePose
     landing: SolePose
-    """Where the swing under way ends."""
+    """Pose at the end of the swing under way."""
     stance: Side
     """The foot of the single support under way, or of the next one."""
     tau: tuple[float, float] = (0.0, 0.0)
@@ -88,17 +88,17 @@ class DynamicGait:
         check_balance(parameters, self.plan, self._transfer, body)
         self._centre_x = body.foot.centre[0]
         self._hip_height = parameters.l_GH + body.lengths.FootHeight
-        check_legs(parameters, body, (plan for plan, _ in dry_walk(self, _TRIAL, _TRIAL_STEPS)))
+        check_legs(parameters, body, (plan for plan, _ in dry_walk(self, _TRIAL_INTERVAL, _TRIAL_STEPS)))
 
     def initial(self) -> DynamicState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         left, right = SolePose(0.0, self._p.d_0), SolePose(0.0, -self._p.d_0)
         return DynamicState(left, right, landing=left, stance=OTHER_SIDE[self._p.first_swing])
 
     def step(self, state: DynamicState, dt: float, command: GaitCommand) -> tuple[Plan, DynamicState]:
         """The plan and the state `dt` seconds later; see `Gait.step`.
 
-        Whether another step follows is decided when a foot lifts. Told to stop on the way from rest to A, the
+        Whether another step follows is decided when a foot lifts. Stopped on the way from rest to A, the
         gait returns to rest without a step.
         """
         if state.phase == "stand":
@@ -146,7 +146,7 @@ class DynamicGait:
         return replace(state, phase="stand")
 
     def _lift(self, state: DynamicState, begin: float, end: float) -> DynamicState:
-        """Single support on the stance foot, over a part of the orbit; up to D only, the feet come together."""
+        """Single support on the stance foot, over a part of the orbit; up to D only, the feet close."""
         stance, swing = state.foot(state.stance), state.foot(OTHER_SIDE[state.stance])
         return replace(
             state,
@@ -187,7 +187,7 @@ class DynamicGait:
 
 
 def _put_down(state: DynamicState) -> DynamicState:
-    """The end of a single support: with its step the gait goes on, or comes to rest."""
+    """The end of a single support: its step continues the gait or ends it."""
     left, right = (state.landing, state.right) if state.stance == "R" else (state.left, state.landing)
     landed = replace(state, left=left, right=right, step=state.step + 1)
     if state.tau[1] <= 0.0:
@@ -249,9 +249,9 @@ def check_balance(p: DynamicParameters, plan: StepPlan, transfer: Transfer, body
 
 
 def check_legs(p: DynamicParameters, body: Body, walk: Iterable[Plan]) -> None:
-    """No leg is stretched or folded further than it goes in a sampled walk.
+    """Check that no leg stretches or folds further than in a sampled walk.
 
-    The hip joints are taken to move with the centre of mass and to stand above the ankles at rest (the mass
+    The hip joints are taken to move with the centre of mass and to be above the ankles at rest (the mass
     ahead of them as far as the sole's middle is ahead of the ankle: within 8 mm on every NAO).
 
     Raises:

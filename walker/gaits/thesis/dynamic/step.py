@@ -5,10 +5,10 @@ the stance foot (3.8); in double support it moves at constant velocity, so that 
 in which a phase begins is known relative to the stance foot, so nothing is integrated and no rounding error
 can grow with the pendulum's unstable mode.
 
-The thesis leaves open how the gait begins ("the mass is led from O_W to A"). At A the pendulum stands over the
-stance foot's line with the velocity V_11 forwards: a mass that starts from rest above that very line must swing
-back before it comes forward. One quintic in each coordinate meets position, velocity *and* acceleration at both
-ends, so the ZMP moves without a jump from the middle between the feet into the middle of the stance foot. The
+The thesis leaves open how the gait begins ("the mass is led from O_W to A"). At A the pendulum is over the
+stance foot's line with the velocity V_11 forwards: a mass that starts from rest above that line must swing
+back before it moves forward. One quintic in each coordinate matches position, velocity *and* acceleration at
+both ends, so the ZMP moves without a jump from the middle between the feet into that of the stance foot. The
 way from D to rest is the same motion backwards in time.
 """
 
@@ -120,7 +120,7 @@ class StepPlan:
         )
 
     def double_support(self, t: float, side: float) -> tuple[MotionState, MotionState]:
-        """Centre of mass, x relative to the middle of the foot to come, y to the x axis (assumption 2).
+        """Centre of mass, x relative to the middle of the next foot, y to the x axis (assumption 2).
 
         Args:
             t: time since touch-down, s.
@@ -164,7 +164,7 @@ class Transfer:
     """Motion of the centre of mass, x relative to the feet's middles, y to the x axis, left foot next.
 
     Args:
-        plan: of the step to come.
+        plan: of the next step.
         e_s1: distance from the x axis at A, m.
         duration: s.
     """

@@ -53,10 +53,10 @@ _SUPPORT: Final[dict[Phase, Support]] = {"SSL": "L", "SSR": "R"}
 
 @dataclass(frozen=True, slots=True)
 class StaticState:
-    """Where the gait is, in the walk frame, m and s."""
+    """State of the gait, in the walk frame, m and s."""
 
     left: SolePose
-    """Where the left sole stands, or stood before the swing under way."""
+    """Of the left sole, or its last one before the swing under way."""
     right: SolePose
     swing: Side
     """The foot of the swing under way, or of the next one."""
@@ -65,7 +65,7 @@ class StaticState:
     com_end: Vec2
     """Centre of mass at the end of a double support."""
     landing: SolePose
-    """Where the swing under way ends."""
+    """Pose at the end of the swing under way."""
     phase: Phase = "stand"
     t: float = 0.0
     """Since the beginning of the phase."""
@@ -100,7 +100,7 @@ class StaticGait:
         self._check_margin(body)
 
     def initial(self) -> StaticState:
-        """At rest, the feet side by side."""
+        """The state at rest, the feet side by side."""
         half = 0.5 * self._p.l_FA
         left, right = SolePose(0.0, half), SolePose(0.0, -half)
         com = self._middle(left, right)
@@ -145,7 +145,7 @@ class StaticGait:
         )
 
     def _landing(self, state: StaticState, command: GaitCommand) -> SolePose:
-        """Where the swing foot comes down: one step length ahead of the stance foot, or beside it to stop."""
+        """Landing of the swing foot: one step length ahead of the stance foot, or next to it to stop."""
         stance, length = state.foot(OTHER_SIDE[state.swing]), 0.0
         if command.walk:
             step = self._p.periodic_step
@@ -179,7 +179,7 @@ class StaticGait:
 
         Args:
             start: where it lifted.
-            landing: where it comes down.
+            landing: pose at touch-down.
             t: since it lifted, s.
         """
         p = self._p
