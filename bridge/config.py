@@ -1,6 +1,6 @@
-"""Configuration files: TOML in, a checked msgspec struct out, or one sentence that names a fault's place.
+"""Configuration files: TOML checked and converted to msgspec structs; an error names the place of the fault.
 
-Used for every file a person may write: bodies, gaits, wear profiles, scenarios. An unknown key is an
+Used for every file that a user may write: bodies, gaits, wear profiles, scenarios. An unknown key is an
 error with a suggestion, whether or not the struct forbids unknown fields: a silently ignored misspelling
 would be a wrong number in an experiment.
 """
@@ -31,7 +31,7 @@ MAX_PARTS: Final = 32
 
 
 def read_limited(path: str | Path, limit: int, right: str) -> bytes:
-    """The content of a file that a person names: no device, no pipe, and no longer than it can be.
+    """Content of a regular file of limited length.
 
     Args:
         path: the file.
@@ -48,7 +48,7 @@ def read_limited(path: str | Path, limit: int, right: str) -> bytes:
             raise ConfigurationError(f"{path}: is a {kind}; {right}.")
         if status.st_size <= limit:
             with Path(path).open("rb") as file:
-                data = file.read(limit + 1)  # a file of /proc has more than its size says
+                data = file.read(limit + 1)  # a file of /proc is longer than its size
             if len(data) <= limit:
                 return data
     except (OSError, ValueError) as error:  # a zero byte in the path is a ValueError
@@ -85,7 +85,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str, where: str, kind: type[T]) -> T:
-    """TOML text as a struct.
+    """Parse TOML text into a struct.
 
     Args:
         text: the TOML.

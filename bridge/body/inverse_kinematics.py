@@ -42,7 +42,7 @@ LegAngles = tuple[float, float, float, float, float, float]
 
 _H: Final = math.sqrt(0.5)
 _ROUNDING: Final = 1e-12
-"""Out of reach by less than this is rounding of a stretched leg, m."""
+"""Excess distance that counts as rounding of a stretched leg, m."""
 _YAW_TOLERANCE: Final = 1e-9
 """Of the angle between the feet, rad: a millionth of an encoder's step."""
 _MAX_ITERATIONS: Final = 60
@@ -55,8 +55,8 @@ class LegPair(NamedTuple):
     left: LegAngles
     right: LegAngles
     yaw: float
-    """Turn of both feet about their own soles' normals away from the targets, rad. Eleven motors cannot meet
-    twelve conditions: positions, soles' normals and the angle between the feet are met, this one is left."""
+    """Turn of both feet about their own soles' normals away from the targets, rad. Eleven motors cannot satisfy
+    twelve conditions: this turn is the free one."""
     spread: float
     """Error of the angle between the feet, rad (left against right): zero to 1e-12 in any stance, not
     always with legs drawn up to the ends of their ranges, or for feet turned further than the hips allow."""
@@ -238,7 +238,7 @@ def _shared(left: _Target, right: _Target, phi_2: float) -> LegPair:
 def _search(left: _Target, right: _Target, hip_yaw_pitch: JointSheet) -> LegPair:
     """The zero of the spread in HipYawPitch's range that turns the feet least; if none is found, the least one.
 
-    Needed by legs drawn up far before or beside the body only, where the spread is no longer monotonic.
+    Needed only for legs drawn up far in front of the body or to its side, where the spread is not monotonic.
     """
     step = (hip_yaw_pitch.upper - hip_yaw_pitch.lower) / _SCAN
     scan = [_shared(left, right, hip_yaw_pitch.lower + i * step) for i in range(_SCAN + 1)]

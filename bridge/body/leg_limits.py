@@ -1,4 +1,4 @@
-"""Which joint limits a set of leg angles breaks, by how much, and the range of an ankle."""
+"""Joint limits that leg angles violate, and the range of an ankle."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class LimitViolation(NamedTuple):
 
 
 def limit_violations(body: Body, side: Side, angles: Sequence[float]) -> tuple[LimitViolation, ...]:
-    """The joints of a leg that stand outside their ranges, in chain order; AnkleRoll's depends on AnklePitch.
+    """Joints of a leg outside their ranges, in chain order; AnkleRoll's range depends on AnklePitch.
 
     Args:
         body: The data sheet.

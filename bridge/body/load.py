@@ -1,6 +1,6 @@
 """Finding, reading and checking the data sheets.
 
-The check covers all that a field's type cannot say: the numbers belong to a robot that could exist.
+The check covers conditions beyond the fields' types: a robot with these numbers can exist.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def check_body(body: Body) -> None:
     """Check a data sheet.
 
     Raises:
-        ConfigurationError: names the body, the link or joint, what is wrong and what would be right.
+        ConfigurationError: names the body, the link or joint, the fault and the expected value.
     """
     _check_names(body)
     for name, joint in body.joints.items():
@@ -131,12 +131,12 @@ def _crossing(a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Seq
     return turn(a, b, c) * turn(a, b, d) <= 0.0 and turn(c, d, a) * turn(c, d, b) <= 0.0
 
 
-def _refuse(body: Body, where: str, what: str) -> None:
-    raise ConfigurationError(f"robot body {body.name}: {where}: {what}")
+def _refuse(body: Body, where: str, fault: str) -> None:
+    raise ConfigurationError(f"robot body {body.name}: {where}: {fault}")
 
 
 BODIES: Final = ("nao-v3", "nao-v3.2", "nao-v3.3", "nao-v4", "nao-v5", "nao-v6")
-"""The data sheets that come with the package; `nao-v3` is the robot of Prenner's thesis."""
+"""The data sheets of the package; `nao-v3` is the robot of Prenner's thesis."""
 
 _FOLDER: Final = Path(__file__).parent / "bodies"
 

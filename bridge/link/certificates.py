@@ -1,7 +1,7 @@
-"""Certificates of the link: a folder of three PEM files, checked for role and validity before anyone connects.
+"""Certificates of the link: a folder of three PEM files, checked for role and validity before a connection.
 
 An endpoint names the folder behind `#keys=`, as in `tls/robot.local:7447#keys=keys/controller`: wherever an
-endpoint goes (an option, a child process, a client), its certificates go with it. A folder that holds one
+endpoint is passed (an option, a child process, a client), its certificates are too. A folder that holds one
 per role (as `nao-hil keys` makes it) serves all roles; each takes its own.
 """
 
@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 from bridge.errors import ConfigurationError, LinkError
 
 ROLES: Final = ("robot", "controller", "listener", "world")
-"""Who one can be on the link; the common name of the certificate."""
+"""Roles of the link's parties; the common name of the certificate."""
 CA: Final = "ca.pem"
 CERTIFICATE: Final = "certificate.pem"
 PRIVATE_KEY: Final = "key.pem"
@@ -33,7 +33,7 @@ _IN_WORDS: Final = {
 """OpenSSL's messages, with their causes."""
 _MAKE: Final = "`nao-hil keys DIR` makes them"
 _HANDSHAKE_TIMEOUT: Final = 1.0
-"""s for a handshake that only asks why another one failed."""
+"""s for a handshake that finds the reason of a failed one."""
 
 
 class Certificates(NamedTuple):
@@ -72,7 +72,7 @@ def load_certificates(folder: Path, role: str) -> Certificates:
         role: of `ROLES`; a `listener` may be anyone who is not a robot, for all may listen.
 
     Raises:
-        ConfigurationError: one sentence that says which file is wrong and how.
+        ConfigurationError: names the file and its fault.
     """
     own = folder / role if (folder / role).is_dir() else folder
     paths = [own / name for name in (CA, CERTIFICATE, PRIVATE_KEY)]
@@ -84,12 +84,12 @@ def load_certificates(folder: Path, role: str) -> Certificates:
     certificates = Certificates(role, *paths)
     found = _verified_role(certificates)
     if found != role and not (role == "listener" and found in ROLES and found != "robot"):
-        raise ConfigurationError(f"{paths[1]} is for the role {found or 'of nobody'}; {role} is needed here.")
+        raise ConfigurationError(f"{paths[1]} is for the role {found or 'of none'}; {role} is needed here.")
     return certificates
 
 
 def check_certificates(endpoint: str, role: str) -> None:
-    """Look again at the certificates that an endpoint names, if it names any.
+    """Check the certificates that an endpoint names, if it names any.
 
     Raises:
         ConfigurationError: as `load_certificates`.
@@ -100,7 +100,7 @@ def check_certificates(endpoint: str, role: str) -> None:
 
 
 def _verified_role(files: Certificates) -> str:
-    """Common name of the certificate, after a handshake in memory in which its files served."""
+    """Common name of the certificate, by a handshake in memory with its files."""
     client, server = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT), ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     client.check_hostname = False
     client.verify_mode = ssl.CERT_NONE
@@ -165,12 +165,12 @@ def _common_name(certificate: dict[str, Any]) -> str:
 
 
 def check_peer(locator: str, files: Certificates) -> None:
-    """Ask a robot that did not let this party in, by a handshake of its own, for the reason.
+    """Find the reason of a refused connection by a handshake of its own.
 
-    Nothing is raised without a listener there, or without a reason.
+    Raises nothing without a listener or a reason.
 
     Raises:
-        LinkError: the robot's certificate, or its opinion of this one.
+        LinkError: one side does not trust the other's certificate.
     """
     host, _, port = locator.partition("/")[2].rpartition(":")
     host = host.strip("[]")
@@ -182,7 +182,7 @@ def check_peer(locator: str, files: Certificates) -> None:
             context.wrap_socket(plain, server_hostname=host) as link,
         ):
             link.settimeout(_HANDSHAKE_TIMEOUT)
-            link.recv(1)  # in TLS 1.3 the server's opinion of the client comes after the handshake
+            link.recv(1)  # in TLS 1.3 the server judges the client after the handshake
     except ssl.SSLCertVerificationError as error:
         why = _why(error)
         if "mismatch" in why.lower():

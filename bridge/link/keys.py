@@ -10,7 +10,7 @@ from bridge.messages.frames import NAME
 
 DEFAULT_ROBOT: Final = "nao"
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
-"""Loopback: nothing listens beyond this machine unless told to."""
+"""Loopback: by default nothing listens beyond this machine."""
 
 SENSORS: Final = "sensors"
 ACTUATORS: Final = "actuators"
@@ -30,14 +30,14 @@ ALIVE_CONTROLLERS: Final = "alive/controller/*"
 _NAME: Final = re.compile(NAME)
 
 
-def check_name(what: str, name: str) -> str:
+def check_name(kind: str, name: str) -> str:
     """The name, if it can be one part of a key.
 
     Raises:
         ConfigurationError: empty, too long, or with other characters.
     """
     if not isinstance(name, str) or not _NAME.match(name):
-        raise ConfigurationError(f"{what} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
+        raise ConfigurationError(f"{kind} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
     return name
 
 
@@ -47,5 +47,5 @@ def key(robot: str, suffix: str) -> str:
 
 
 def alive_controller(name: str, ticket: int) -> str:
-    """Suffix of a controller's liveliness token; the ticket tells two of the same name apart."""
+    """Suffix of a controller's liveliness token; the ticket distinguishes two of the same name."""
     return f"alive/controller/{name}.{ticket:016x}"

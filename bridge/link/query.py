@@ -1,4 +1,4 @@
-"""Queries as this project answers them, at a limited rate: a payload, or an error reply of one sentence."""
+"""Queries, answered at a limited rate by a payload or by an error reply of one sentence."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
     limit = RateLimit(RATE, int(RATE))
 
     def on_query(query: zenoh.Query) -> None:
-        """Answer one query, or say in a sentence why not."""
+        """Answer one query, or refuse it in one sentence."""
         with query:
             if not limit.admits(time.monotonic()):
                 query.reply_err(
@@ -77,7 +77,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
 def ask(
     session: zenoh.Session, key: str, payload: bytes, timeout: float, refused: type[NaoHilError]
 ) -> bytes | None:
-    """The first answer to a query; None when none came.
+    """The first answer to a query; None: no answer.
 
     Args:
         session: of the side that asks.

@@ -1,8 +1,7 @@
 """The robot side of the link: publishes frames, hands out the lease, takes actuator frames.
 
 Actuator frames are decoded, and held against the lease, where they arrive, in Zenoh's receiving thread: the
-last frame before a release, which comes right behind it, is still the holder's. Everything that is published
-is published from the loop's thread or a query's.
+last frame before a release is still the holder's. All publications are made by the loop's thread or a query's.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ _QUEUE: Final = 64
 RATE: Final = 5000.0
 """1/s; actuator frames taken in the long run, several times the rate of lockstep."""
 BURST: Final = 1000
-"""Actuator frames taken at once, as they come after an outage of the network."""
+"""Actuator frames taken at once, after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published once per interval."""
 
@@ -52,7 +51,7 @@ class RobotLink(Closing):
     Args:
         info: of the robot; its `robot` is the id in every key.
         listen: Zenoh endpoint to listen on.
-        announced: the robot is there at once; False: from `announce` on, after all its queries are served.
+        announced: other parties see the robot at once; False: from `announce` on.
 
     Raises:
         ConfigurationError: bad id or endpoint.
@@ -101,7 +100,7 @@ class RobotLink(Closing):
         self.serve(keys.LEASE, self._on_lease)
 
     def announce(self) -> None:
-        """Declare the robot's liveliness token, once: all that it serves is served from now on."""
+        """Declare the robot's liveliness token, once, after all its queries are served."""
         if self._alive is None:
             self._alive = self._session.liveliness().declare_token(self._key(keys.ALIVE_ROBOT))
 
@@ -128,7 +127,7 @@ class RobotLink(Closing):
 
     @property
     def refused(self) -> int:
-        """Actuator payloads that were not put in force: garbage, wrong lease, or refused by the guard."""
+        """Rejected actuator payloads: garbage, wrong lease, or refused by the guard."""
         return self._refused
 
     def commands(self) -> list[ActuatorFrame]:
@@ -164,7 +163,7 @@ class RobotLink(Closing):
             return None
 
     def notice(self, code: str, text: str) -> None:
-        """Warn everyone in one sentence; one of each code per `NOTICE_INTERVAL`."""
+        """Publish a warning of one sentence; one of each code per `NOTICE_INTERVAL`."""
         now = time.monotonic()
         with self._lock:
             if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
@@ -176,20 +175,20 @@ class RobotLink(Closing):
         """Publish a notice of an event in the world."""
         self._notices.put(encode(notice))
 
-    def require_lease(self, lease: int, what: str) -> None:
-        """Accept a sign of life of the holder, or refuse `what` came with another number; any thread may ask.
+    def require_lease(self, lease: int, command: str) -> None:
+        """Accept a sign of life of the holder, or refuse a command with another number; any thread may call it.
 
         Raises:
-            LeaseRefused: names the holder.
+            LeaseRefused: names the command and the holder.
         """
         if self.leases.keepalive(lease, time.monotonic()):
             return
         holder = self.leases.holder
-        who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
-        raise LeaseRefused(f"{what} with lease {lease} was refused: {who}; ask for the lease.")
+        who = f"controller `{holder.name}` holds the robot" if holder else "no controller holds the robot"
+        raise LeaseRefused(f"{command} with lease {lease} was refused: {who}; ask for the lease.")
 
     def refuse(self, code: str, text: str) -> None:
-        """Count an actuator frame that is not put in force; its sender reads why in the next notice."""
+        """Count a rejected actuator frame; the next notice gives its sender the reason."""
         with self._lock:
             self._refused += 1
             self._complaints[code] = text
@@ -252,5 +251,5 @@ class RobotLink(Closing):
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 
     def close(self) -> None:
-        """Leave the network; harmless when done already."""
+        """Leave the network; further calls do nothing."""
         self._session.close()

@@ -1,7 +1,8 @@
 """Zenoh sessions as this project opens them: one machine, no router process, no multicast; rights by key.
 
 The robot's session is a Zenoh node in `router` mode that listens on one endpoint, so that everyone connected
-to it (walker, viewer, recorder) also hears one another; all others are clients that keep trying to connect.
+to it (walker, viewer, recorder) also receives the others' messages; all others are clients that keep trying
+to connect.
 """
 
 from __future__ import annotations
@@ -173,7 +174,7 @@ def is_loopback(name: str) -> bool:
 
 
 def _require_guarded(listen: str) -> None:
-    """Refuse a place that everyone on a network reaches, unless it is encrypted or ends with `#open`."""
+    """Refuse an address that everyone on a network reaches, unless it is encrypted or ends with `#open`."""
     locator, _ = split_endpoint(listen)
     protocol, _, address = locator.partition("/")
     host = address.rpartition(":")[0].strip("[]")
@@ -185,7 +186,7 @@ def _require_guarded(listen: str) -> None:
 
 
 def _require_network(locator: str) -> None:
-    """See that this machine has a way to its own loopback, where an endpoint is there.
+    """Check that this machine can reach its own loopback, for an endpoint there.
 
     Raises:
         LinkError: the interface is down.
@@ -244,12 +245,12 @@ def _cannot_listen(listen: str, reason: str) -> LinkError:
             names = _robots(session)
         reason += f" by robot `{names[0]}`" if names else ""
     return LinkError(
-        f"Cannot listen on {locator}: {reason}; stop what is there, or take another place with --listen."
+        f"Cannot listen on {locator}: {reason}; stop its listener, or give another place with --listen."
     )
 
 
 def check_free(listen: str) -> None:
-    """Refuse an endpoint that has a listener, before anything there is taken for one's own.
+    """Refuse an endpoint that has a listener.
 
     Args:
         listen: endpoint of a robot side that is not open yet.
@@ -275,7 +276,7 @@ def check_free(listen: str) -> None:
 
 
 def try_client(connect: str, role: str = "listener", *, timestamps: bool = False) -> zenoh.Session | None:
-    """A session of anyone else, or None without a listener there (yet).
+    """A client's session; None without a listener.
 
     One attempt, a millisecond on one machine: Zenoh's own wait for the first connection sees no Ctrl-C. Once
     open, the session connects again by itself whenever the robot side is back.
@@ -287,7 +288,7 @@ def try_client(connect: str, role: str = "listener", *, timestamps: bool = False
 
     Raises:
         ConfigurationError: not an endpoint, or its certificates cannot be used.
-        LinkError: robot and certificates do not trust each other, or loopback is down; says why.
+        LinkError: robot and certificates do not trust each other, or loopback is down.
     """
     locator, folder = split_endpoint(check_endpoint(connect))
     files = None if folder is None else load_certificates(folder, role)
@@ -332,7 +333,7 @@ def require_seconds(name: str, value: object) -> None:
 
 
 def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> zenoh.Session:
-    """As `try_client`, again and again.
+    """As `try_client`, repeated until a listener answers.
 
     Raises:
         ConfigurationError, LinkError: as `try_client`.
@@ -341,7 +342,7 @@ def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> 
     deadline = time.monotonic() + timeout
     while (session := try_client(connect, role)) is None:
         if time.monotonic() > deadline:
-            raise RobotSilent(f"Nobody listened at {connect} for {timeout:g} s; start a robot there.")
+            raise RobotSilent(f"No robot listened at {connect} for {timeout:g} s; start one there.")
         time.sleep(0.02)
     return session
 
@@ -353,11 +354,11 @@ def _robots(session: zenoh.Session) -> list[str]:
 
 
 def other_robots(session: zenoh.Session, robot: str) -> str:
-    """Clause that names the robot of a link on which another is missed; empty when there is none.
+    """Clause that names another robot of a link; empty: there is none.
 
     Args:
         session: of the link.
-        robot: id of the robot that does not answer.
+        robot: id of the silent robot.
     """
     names = _robots(session)
     if not names or robot in names:
@@ -368,7 +369,7 @@ def other_robots(session: zenoh.Session, robot: str) -> str:
 def subscribe(session: zenoh.Session, key: str, receive: Callable[[bytes], None]) -> Any:
     """Call `receive` with each payload in Zenoh's own receiving thread.
 
-    So messages of one sender arrive here in the order of their sending, also over several keys; Zenoh's
+    Messages of one sender arrive in the order of sending, also over several keys; Zenoh's
     default, a thread for each subscriber, does not keep that order. `receive` must be short and must not raise.
     """
 

@@ -1,4 +1,4 @@
-"""Getting up: plays the motion for the side on which the robot lies, and tries again until the robot stands."""
+"""Getting up: the motion for the side on which the robot lies, repeated until the robot stands."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from bridge.stance import stands
 from bridge.types import Array
 
 GET_UP: Final = "get-up"
-"""In place of a motion's name: the one for how the robot lies, again until it stands."""
+"""In place of a motion's name: the one for the lying side, repeated until the robot stands."""
 TRIES: Final = 5
-"""After which a robot stays where it is."""
+"""Tries, after which the robot keeps lying."""
 LIMP: Final = 0.1
 """Stiffness between two tries."""
 STIFF: Final = 0.5
-"""Stiffness that is asked for before a try; the robot has it once commands are taken."""
+"""Stiffness commanded before a try; the robot has it once its guard takes commands."""
 _QUIET: Final = 0.3
 """rad/s; a torso that turns more slowly in all axes lies still."""
 _QUIET_TIME: Final = 0.1
-"""s for which it has to."""
+"""s for which it has to lie still."""
 _LONGEST_WAIT: Final = 2.0
 """s after which a try begins however the torso moves."""
 _UPRIGHT: Final = 0.35
 """rad from the vertical; a torso that leans by more rests on more than the feet."""
 _BLOCKED: Final = 0.5
-"""rad by which a joint of an arm under the torso is behind its angle."""
+"""rad by which a blocked joint of an arm is behind its angle."""
 _BLOCKED_TIME: Final = 1.0
-"""s for which it has to; in tries that got the robot up it was 0.54 s at most, in others up to 4.3 s. Legs
-that hooked into each other come free in the course of a motion."""
+"""s for which it has to be behind; 0.54 s at most in successful tries, up to 4.3 s in others. Legs that hook
+into each other release in the course of a motion."""
 
 
 def get_up_motions(body: Body) -> dict[Lying, Motion]:
-    """The motions that come with the package and get this body up, by the side on which it lies; {}: none."""
+    """The package's motions that get this body up, by the side on which it lies; {}: none."""
     found: dict[Lying, Motion] = {}
     for motion in _shipped():
         if motion.gets_up and body.base in motion.bodies:
@@ -58,11 +58,10 @@ def _shipped() -> tuple[Motion, ...]:
 
 
 class GetUp:
-    """Waits until the torso lies still, plays the motion for how it lies, and looks whether the robot stands.
+    """Waits until the torso lies still, plays the motion for its side, and checks whether the robot stands.
 
-    A try begins when the joints are stiff: a guard that saw a fall takes no command for a while. Where it
-    lets go during a motion, or an arm is blocked, that try is over. A joint that ended a try ends no other:
-    its motor may be broken.
+    A try begins when the joints are stiff: after a fall the guard takes no command for a while. It ends when
+    the guard releases the joints or an arm is blocked. A joint ends one try at most: its motor may be broken.
 
     Args:
         motions: by the side on which the robot lies.
@@ -81,13 +80,13 @@ class GetUp:
         for slots in LEG_SLOTS.values():
             self._watched[list(slots)] = False
         self.began: list[Lying] = []
-        """Side on which the robot lay at the beginning of each try."""
+        """Lying side at the beginning of each try."""
         self.stiffness = LIMP
         """Of all joints now."""
         self.done = False
-        """It stands, or it was given up."""
+        """The robot stands, or the tries are used up."""
         self.failed = False
-        """It was given up."""
+        """The tries are used up."""
 
     def advance(self, frame: SensorFrame, dt: float) -> tuple[float, ...]:
         """Joint angles of this cycle, 25 in frame order, rad.
@@ -145,5 +144,5 @@ class GetUp:
 
 
 def _limp(frame: SensorFrame) -> bool:
-    """Whether nothing holds the legs."""
+    """Whether the legs have no stiffness."""
     return max(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) < 2.0 * LIMP

@@ -1,7 +1,7 @@
 """Key-frame motions: their file format, and their 25 angles on a body.
 
-A motion goes from one frame to the next in straight lines in joint space, each in its time. Joints that a frame
-leaves out stay as they are. The first frame is approached from wherever the joints are.
+A motion moves the joints from frame to frame in straight lines in joint space, each in its time. Joints that a
+frame leaves out stay as they are. The first frame is approached from any pose.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FOLDER: Final = Path(__file__).parent
 _MIDLINE: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
 _COLUMNS: Final = ("duration_s", "stiffness")
-"""Of a table, beside those of the joints."""
+"""Of a table, in addition to the joints' columns."""
 _FASTEST: Final = 1.5708
 """rad/s; speed of the approach to the first frame, NaoTH's."""
 
@@ -37,7 +37,7 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Frame(_Table, frozen=True, kw_only=True):
-    """Where the joints are to be, and when."""
+    """A pose of the joints and its time."""
 
     duration: NotNegative
     """Time from the frame before, s; of the first frame of a motion the least, an approach takes longer."""
@@ -48,14 +48,14 @@ class Frame(_Table, frozen=True, kw_only=True):
 
 
 class Gate(_Table, frozen=True, kw_only=True):
-    """Where the torso has to be for the motion to go on; otherwise it has failed."""
+    """Range of the torso's angles without which the motion fails."""
 
     pitch: tuple[float, float] = (-3.2, 3.2)
     """Fused torso pitch, rad."""
     roll: tuple[float, float] = (-3.2, 3.2)
     """Fused torso roll, rad."""
     wait: NotNegative = 0.0
-    """Time that the torso has to come there, s."""
+    """Time for the torso to reach it, s."""
 
 
 class Phase(_Table, frozen=True, kw_only=True):
@@ -74,7 +74,7 @@ class Motion(_Table, frozen=True, kw_only=True):
 
     title: str
     source: str
-    """Where the angles come from, and their licence."""
+    """Origin of the angles, and their licence."""
     begins: Annotated[tuple[Lying, ...], msgspec.Meta(min_length=1)] = (
         "back",
         "front",
@@ -82,11 +82,11 @@ class Motion(_Table, frozen=True, kw_only=True):
         "right",
         "upright",
     )
-    """How the robot may lie at the beginning."""
+    """Lying sides at which it may begin."""
     bodies: tuple[str, ...] = ()
-    """On which it was seen to work; empty: not said."""
+    """On which the motion works; empty: unknown."""
     gets_up: bool = False
-    """One of the motions by which a robot that fell gets up."""
+    """A motion for getting up after a fall."""
     approach_speed: Positive = _FASTEST
     """Of the fastest joint on the way to the first frame, rad/s."""
     ankle_gyroscope: float = 0.0
@@ -108,7 +108,7 @@ class KeyFrameTarget(NamedTuple):
 
 
 def motion_names() -> tuple[str, ...]:
-    """Names of the motions that come with the package."""
+    """Names of the package's motions."""
     return tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
 
 
@@ -116,8 +116,8 @@ def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
     """A motion by its name, or from a file (.toml, or .csv with a header of joint names).
 
     Args:
-        name_or_path: which.
-        also: names that the caller takes beside these, for the sentence about a wrong one.
+        name_or_path: name of a motion, or path of a file.
+        also: further names that the caller takes, for the error sentence.
 
     Raises:
         ConfigurationError: no such motion, or a file that is none.
@@ -146,7 +146,7 @@ def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
 
 
 def motion_for(kind: str, body: Body) -> Motion | None:
-    """The motion of a kind that comes with the package and works on a body; None: there is none.
+    """The package's motion of a kind for a body; None: there is none.
 
     Args:
         kind: beginning of its name, for example `sit-down`.
@@ -157,12 +157,12 @@ def motion_for(kind: str, body: Body) -> Motion | None:
 
 
 def named_motion(name: str, body: Body, also: tuple[str, ...] = ()) -> Motion:
-    """The motion of a name that comes with the package, in the body's own version.
+    """The package's motion of a name, in the body's own version.
 
     Args:
         name: for example `sit-down`.
         body: data sheet.
-        also: names that the caller takes beside these, for the sentence about a wrong one.
+        also: further names that the caller takes, for the error sentence.
 
     Raises:
         ConfigurationError: no such motion, or none for this body.
@@ -197,7 +197,7 @@ def read_csv(path: Path) -> Motion:
     for needed in _COLUMNS:
         if needed not in columns:
             raise ConfigurationError(f"{path}: no column {needed}; columns are separated by commas")
-    for column in columns:  # others may be a team's notes
+    for column in columns:  # others may be notes
         if column not in JOINTS and difflib.get_close_matches(column, JOINTS, cutoff=0.8):
             raise ConfigurationError(f"{path}: {unknown_name('joint', column, JOINTS)}")
     for number, row in enumerate(rows, 1):
@@ -244,7 +244,7 @@ def mirrored(motion: Motion) -> Motion:
 
 
 def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
-    """The frames of a motion one after the other, inside the joints' ranges; joints not named yet are at 0."""
+    """The frames of a motion in order, inside the joints' ranges; joints not named yet are at 0."""
     position, stiffness, found = [0.0] * N_JOINTS, 1.0, []
     absent = absent_joints(body)
     for phase in motion.phases:

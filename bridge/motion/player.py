@@ -14,7 +14,7 @@ _FILTER: Final = 0.3
 """Weight of the newest gyroscope sample in a cycle (Dutch Nao Team's)."""
 _STEEP: Final = math.cos(math.radians(45.0))
 SETTLE: Final = 0.3
-"""s at the last frame before the motion is over."""
+"""s at the last frame before the end of the motion."""
 
 
 def lying(angle: tuple[float, float]) -> Lying:
@@ -34,7 +34,7 @@ def lying(angle: tuple[float, float]) -> Lying:
 
 
 class MotionPlayer:
-    """Goes through the frames of a motion.
+    """Joint angles of a motion, cycle by cycle.
 
     Args:
         motion: to play.
@@ -49,9 +49,9 @@ class MotionPlayer:
         self._time = self._waited = 0.0
         self._gyroscope = 0.0
         self.done = False
-        """All frames were played."""
+        """The motion is over."""
         self.failed = False
-        """The torso was not where a gate wants it; the motion is over."""
+        """The torso is outside a gate; the motion is over."""
         self.stiffness = self._targets[0].stiffness
         """Of all joints now."""
         self.position = self._targets[0].position
@@ -84,7 +84,7 @@ class MotionPlayer:
         return self.position
 
     def _duration(self) -> float:
-        """Of the way to the present frame, s; the first is approached no faster than allowed."""
+        """Of the way to the present frame, s; that to the first is long enough for the approach speed."""
         assert self._from is not None
         target: KeyFrameTarget = self._targets[self._number]
         if self._number > 0:
@@ -93,7 +93,7 @@ class MotionPlayer:
         return max(target.duration, way / self._motion.approach_speed)
 
     def _end_frame(self, frame: SensorFrame, dt: float, duration: float) -> None:
-        """Go on to the next frame, wait at a gate, or end."""
+        """Begin the next frame, wait at a gate, or end."""
         target = self._targets[self._number]
         if target.gate is not None and not _open(target.gate, frame):
             self._waited += dt

@@ -1,4 +1,4 @@
-"""The robot in Foxglove's 3-D panel: transforms, joint states, footsteps and URDF in Foxglove's own schemas.
+"""The robot in Foxglove's 3-D panel, in its own schemas: transforms, joint states, footsteps and URDF.
 
 Source: docs.foxglove.dev, schemas `FrameTransforms`, `JointStates`, `SceneUpdate`, `RobotDescription`.
 They follow from the messages of the contract; readers of recordings pass them over.
@@ -28,7 +28,7 @@ _FOOTPRINT: Final = "base_footprint"
 EVERY: Final = 5
 """Cycles from one message to the next: 20 a second, and on a V6 17."""
 _LOADED: Final = 5.0
-"""N on a foot that stands."""
+"""Force on a loaded foot, N."""
 _NEW_STEP: Final = 0.02
 """m from the last footprint of a foot"""
 _THICKNESS: Final = 0.002
@@ -225,7 +225,7 @@ class RobotScene:
     def _footsteps(
         self, stamp: Time, frame: SensorFrame, transforms: Sequence[LinkTransform]
     ) -> Iterator[Entity]:
-        """Soles that stand where their foot did not stand before."""
+        """Footsteps of the soles loaded at a new place."""
         by_child = {one.child: one for one in transforms}
         for i, side in enumerate(SIDES):
             stands = sum(frame.fsr[4 * i : 4 * i + 4]) > _LOADED

@@ -89,7 +89,7 @@ class McapFile:
         config: the run's configuration as JSON text.
 
     Raises:
-        ConfigurationError: the file cannot be created, or has no room for its head; then there is none.
+        ConfigurationError: the file cannot be created, or has no room for its head.
     """
 
     def __init__(self, path: Path, config: str) -> None:

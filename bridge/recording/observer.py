@@ -12,13 +12,13 @@ logger = logging.getLogger(__name__)
 
 
 class Observer:
-    """Told of a run in its own order, the same in every mode. Each method does nothing unless overridden."""
+    """Receives the events of a run, in the same order in every mode; each method does nothing by default."""
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """A boundary of the DCM cycle, with the ground truth of the same instant."""
 
     def command(self, frame: ActuatorFrame) -> None:
-        """The actuator frame that was put in force, after the guard."""
+        """The actuator frame in force, after the guard."""
 
     def telemetry(self, message: WalkTelemetry) -> None:
         """The walker's report on its walk."""

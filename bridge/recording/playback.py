@@ -1,4 +1,4 @@
-"""Reading recordings back, whole ones and such as a killed process left behind."""
+"""Reading of recordings, whole or cut off."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Ending(NamedTuple):
     """How the file of a recording ends."""
 
     complete: bool
-    """It was closed, and not cut off by a killed process or a full disk."""
+    """Not cut off by a killed process or a full disk."""
     after: int
     """Bytes behind its end, which are not read: of a second file joined to it, for example."""
 
@@ -52,14 +52,14 @@ class Recorded(NamedTuple):
 
 
 def read_recording(path: str | Path) -> Iterator[Recorded]:
-    """The messages of a recording in the order they were written.
+    """The messages of a recording in their order in the file.
 
     A file whose end is missing is read to its last whole record. Topics that are not in
     `bridge.recording.canonical.TOPICS` are passed over.
 
     Raises:
-        ConfigurationError: no such file, not an MCAP file, damaged, or a message that does not fit its topic
-            says; the first two are raised by the call itself, the others where reading gets to them.
+        ConfigurationError: no such file, not an MCAP file, damaged, or a message that does not fit its topic;
+            the first two are raised by the call itself, the others during the iteration.
     """
     _open(path).close()
     return (
@@ -69,7 +69,7 @@ def read_recording(path: str | Path) -> Iterator[Recorded]:
 
 
 def recorded_config(path: str | Path) -> Any:
-    """Configuration that the recording was made with, as plain JSON values; None when it holds none.
+    """Configuration of the recorded run, as plain JSON values; None: the recording has none.
 
     Raises:
         ConfigurationError: as `read_recording`, or it holds one that is no JSON.
@@ -124,7 +124,7 @@ def _messages(path: str | Path) -> Iterator[tuple[str, Message]]:
 
 
 def _records(path: str | Path) -> Iterator[McapRecord]:
-    """All records up to the footer, or to the last whole one of a file that was never closed."""
+    """All records up to the footer, or to the last whole one of an incomplete file."""
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
         while len(head := file.read(_RECORD.size)) == _RECORD.size:
@@ -157,13 +157,13 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
 
 
 def _unpacked_size(chunk: bytes) -> int:
-    """Bytes of a chunk once it is decompressed, as it says itself and as its frame says."""
+    """Bytes of a decompressed chunk, by its header and by its frame."""
     try:
         size, _, length = _CHUNK.unpack_from(chunk)
         begin = _CHUNK.size + length + 8
         packed = zstandard.frame_content_size(chunk[begin:]) if chunk[_CHUNK.size :][:length] == b"zstd" else 0
     except (struct.error, ZstdError):
-        return 0  # cut off, or damaged: reading it says so
+        return 0  # cut off, or damaged: reading it raises the error
     return int(max(size, packed))
 
 

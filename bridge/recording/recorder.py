@@ -36,8 +36,8 @@ class Recorder(Observer, Closing):
     """Writes a recording; also a `bridge.recording.observer.Observer`.
 
     Frames without a time of their own get the time of the last sensor frame written before them. One file is
-    one run: when the robot restarts (a sensor frame with a smaller `seq`), the file is closed and the next
-    one begun beside it, `frames-2.mcap` after `frames.mcap`.
+    one run: after a restart of the robot (a sensor frame with a smaller `seq`) the next file begins in the
+    same folder, `frames-2.mcap` after `frames.mcap`.
 
     Args:
         path: file to write; an existing one is replaced.

@@ -1,16 +1,13 @@
 """A server of LoLA: any robot on `nao/<robot>` appears as a V6 to one client at a time.
 
-In real time a packet goes out every 12 ms (`packet_timer`), and each map of the client goes to the robot at
-once. In lockstep a packet goes out for each cycle of LoLA's in robot time, and the robot waits for the client's
-answer: the first map after it that names positions or stiffnesses.
+In real time the server sends a packet every 12 ms, and each map of the client to the robot at once. In lockstep
+it sends a packet for each cycle of LoLA's in robot time, and the robot waits for the client's answer: the first
+map after it that names positions or stiffnesses.
 
-Times of a served LoLA's packets: every 12 ms, in phase with a robot that has the same cycle.
-
-A robot behind a network has its own clock. If its cycle is LoLA's, the packets follow its frames: each goes out
-`SLACK` after its frame usually comes, by the median of the last frames, so that neither the frames' jitter is
-passed on, nor a few late ones at the start cost the client its time. A packet waits up to `GRACE` for a late
-frame. For a robot with another cycle this machine's clock alone sets the times, and a packet holds the newest
-frame.
+A robot behind a network has its own clock. If its cycle is LoLA's, each packet follows its frame: `SEND_DELAY`
+after the usual arrival, the median of the last frames, so that the client has neither the frames' jitter nor a
+lasting delay from a few late ones. A packet waits up to `LATE_FRAME_WAIT` for a late frame. For a robot with
+another cycle this machine's clock alone sets the times, and a packet holds the newest frame.
 """
 
 from __future__ import annotations
@@ -51,21 +48,21 @@ _SAME_CYCLE: Final = 1e-6
 """s"""
 logger = logging.getLogger(__name__)
 _MAX_FRAME_AGE: Final = 100_000_000
-"""ns; an older frame is not sent: the robot stands still, and its LoLA is silent."""
+"""ns; an older frame is not sent: the robot is paused, and its LoLA is silent."""
 _REPEAT_FOR: Final = 30_000_000
-"""ns after a client's last map in which its setpoints are repeated to a robot whose cycle is not LoLA's."""
+"""ns after a client's last map in which its setpoints are repeated to a robot with another cycle."""
 _LIMP: Final = 0.2
-"""A robot in which no joint is stiffer than this is down already."""
+"""Largest stiffness of any joint of a robot that is down."""
 _CHECK_STOP: Final = 0.2
-"""s between two looks at whether to end."""
+"""s between two checks of the stop event."""
 _PATIENCE: Final = 1.0
-"""s that a robot in lockstep waits for an answer before the log says so."""
+"""s that a robot in lockstep waits for an answer before a warning."""
 _ROUNDING: Final = 1e-6
-"""Of a cycle; robot time is a multiple of the cycle but for the last bits."""
+"""Of a cycle; robot time is a multiple of the cycle except for rounding."""
 
 
 class PacketTimer:
-    """Says when each packet is due.
+    """Times of the packets.
 
     Args:
         cycle: of the robot, s.
@@ -81,9 +78,9 @@ class PacketTimer:
         self._errors: deque[int] = deque(maxlen=_WINDOW)
         """Lateness of the last frames relative to the phase, ns."""
         self.skipped = 0
-        """Packets left out because the loop was held up past their time."""
+        """Packets left out by a late loop."""
         self.repeated = 0
-        """Packets that went out with the frame of the one before."""
+        """Packets with the frame of the one before."""
 
     def frame(self, arrived: int) -> None:
         """Correct the phase by a frame.
@@ -105,7 +102,7 @@ class PacketTimer:
 
     @property
     def wait(self) -> float:
-        """Time until `due` is to be asked again, s."""
+        """Time until the next check of `due`, s."""
         return max(0.0, (self._end - self._clock()) / _NS)
 
     @property
@@ -113,7 +110,7 @@ class PacketTimer:
         return self._deadline + (GRACE if self.follows and self._locked and not self._fresh else 0)
 
     def due(self) -> bool:
-        """Whether a packet is to go out now; True counts it as sent."""
+        """Whether to send a packet now; True counts it as sent."""
         now = self._clock()
         if now < self._end:
             return False
@@ -133,13 +130,13 @@ class Served(msgspec.Struct, kw_only=True):
     maps: int = 0
     """Received from clients."""
     dropped_bytes: int = 0
-    """Received from clients, and part of no map."""
+    """Received from clients outside maps."""
     commands: int = 0
     """Sent to the robot."""
     skipped: int = 0
-    """Packets left out because this process was held up."""
+    """Packets left out by a late process."""
     repeated: int = 0
-    """Packets that held the same frame as the one before, because no newer had come."""
+    """Packets with the frame of the one before, for want of a newer one."""
 
 
 class LolaServer:
@@ -170,7 +167,7 @@ class LolaServer:
         self._served = Served()
 
     def run(self) -> Served:
-        """Serve until stopped; robots may go and come back.
+        """Serve until stopped, also over restarts of robots.
 
         Raises:
             FrameError: the robot speaks another version of the contract.
@@ -221,7 +218,7 @@ class LolaServer:
     def _in_lockstep(self, robot: RobotListener) -> None:
         seen: Arrival | None = None
         sent: tuple[LolaClient | None, int] = (None, -1)
-        """Client and number of the frame that went out last."""
+        """Client and number of the frame sent last."""
         sent_at = 0.0
         cycle, answered, commanded = -1, True, True
         while not self._stop.is_set() and not robot.gone:
@@ -251,12 +248,12 @@ class LolaServer:
                 )
 
     def _wait(self, robot: RobotListener, timeout: float) -> list[Map]:
-        """Wait for the robot, the client or a new client, up to `timeout` s; the maps that the client sent."""
+        """Wait for the robot, the client or a new client, up to `timeout` s; the client's maps."""
         client = self._client
         waiting: list[LolaClient | socket.socket] = [robot.wakeup]
         if client is None or client.stalled:
             waiting.append(self._listener)
-        if client is not None and robot.newest is not None:  # its maps wait for the first frame
+        if client is not None and robot.newest is not None:  # maps wait for the first frame
             waiting.append(client)
         ready = select.select(waiting, [], [], timeout)[0]
         if robot.wakeup in ready:
@@ -286,7 +283,7 @@ class LolaServer:
             logger.info("the client is gone")
 
     def _release(self, robot: RobotListener) -> None:
-        """Forget the client's setpoints; the guard brings down a robot that they left stiff."""
+        """Forget the client's setpoints; the guard brings down a stiff robot."""
         setpoints = self._client.setpoints if self._client is not None else None
         robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP
         robot.lease_wanted = False
@@ -319,7 +316,7 @@ class LolaServer:
         """Send the client's setpoints to the robot; False while the lease is not held.
 
         Args:
-            answered: number of the frame that they answer.
+            answered: number of the answered frame.
         """
         setpoints = self._client.setpoints if self._client is not None else None
         self._unsent = setpoints is not None and not self._link.lease

@@ -1,8 +1,8 @@
-"""Declared methods: one decorator gives binding, argument checks, error sentences, help and documentation.
+"""Declared methods: binding, argument checks, error sentences, help and documentation by one decorator.
 
 `@offers("ALMotion.setAngles", kind="joints")` offers a method of a class under its NAOqi name; its parameters'
-annotations are the checks. A name that begins with a dot belongs to the service that `self.service` names.
-Methods of the vendor that are not offered are in `refused.toml`.
+annotations are the checks. A name that begins with a dot belongs to the service `self.service`. The vendor's
+methods that are not offered are in `refused.toml`.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 Kind = Literal["read", "joints", "posture", "walk"]
-"""`read` needs nothing; `joints` commands them, and is refused during a walk; `posture` ends a walk for it;
-`walk` is for the walker."""
+"""`read` needs nothing; `joints` commands them, and is refused during a walk; `posture` ends a walk; `walk` is
+for the walker."""
 Check = Callable[[Any, str], Any]
 """`(value, name of the argument) -> the checked value`; raises `NaoqiRefused`."""
 
 MAX_DURATION: Final = 3600.0
 """s that one interpolation may take."""
 MIN_SPEED_FRACTION: Final = 1e-4
-"""Fraction of the maximum speed at which a joint's whole range takes about an hour."""
+"""Fraction of the maximum speed: a joint's whole range takes about an hour."""
 ROBOT_HOME: Final = Path("/home/nao")
 HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
-"""The robot's home on a machine without one of that name."""
+"""The robot's home on a machine without `/home/nao`."""
 KEPT: Final = "remembered and read back, without effect"
 """Omissions of a setting."""
 
@@ -132,7 +132,7 @@ class Choice:
 
 
 class Own(NamedTuple):
-    """A check by a method of the service's object, `(value) -> value`, or of one of its parts."""
+    """A check by a method `(value) -> value` of the service's object, or of one of its parts."""
 
     path: str
 
@@ -160,7 +160,7 @@ def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool
 
     Args:
         names: service and method; `.method` belongs to the object's own `service`.
-        kind: which robot it needs.
+        kind: its need of the robot.
         partly: omissions and assumptions; empty: none.
         begins_walk: the conditions of a walk apply.
     """
@@ -187,16 +187,16 @@ class Answers:
 
 
 class Setting:
-    """A value that programs set and read: an attribute of its class.
+    """A value that programs set and read, a descriptor of its class.
 
     Args:
         name: of the methods, for example `ALTextToSpeech.Volume` for `setVolume` and `getVolume`.
-        default: before it is set.
+        default: initial value.
         kind: its type with its range, as an annotation.
         partly: of the setter.
         reader: `get`, or `is`.
         returns: result of the setter.
-        of_part: a part's name comes first; each part has its own value.
+        of_part: a part's name is the first argument; each part has its own value.
         also: further names of the setter.
     """
 
@@ -231,7 +231,7 @@ class Setting:
         service = self.service or owner.service
 
         def put(*arguments: Any) -> Any:
-            """Keep the last argument; the ones before it name the part."""
+            """Store the last argument; the ones before it name the part."""
             if (
                 self.partly == KEPT
                 and arguments[-1] not in (False, None)
@@ -273,7 +273,7 @@ class Method:
 
     @cached_property
     def signature(self) -> inspect.Signature:
-        """Its parameters; read when they are first needed."""
+        """Its parameters."""
         if self.hints is None:
             return inspect.signature(self.call)
         kind = inspect.Parameter.POSITIONAL_ONLY
@@ -311,7 +311,7 @@ class Method:
 
     @property
     def help(self) -> list[Any]:
-        """`[name, [[parameter, what it takes], ...], ...]`, as `getMethodHelp`."""
+        """`[name, [[parameter, description], ...], ...]`, as `getMethodHelp`."""
         first = (inspect.getdoc(self.call) or "").partition("\n")[0]
         return [self.name, [[as_vendor(name), describe(kind)] for name, kind in self.types.items()], first, ""]
 
@@ -320,7 +320,7 @@ _VARIABLE: Final = inspect.Parameter.VAR_POSITIONAL
 
 
 def declared(*owners: object) -> dict[str, dict[str, Method]]:
-    """Service -> method, of all that the classes of some objects declare."""
+    """Methods declared by the classes of some objects: service -> name -> method."""
     table: dict[str, dict[str, Method]] = {}
     for owner in owners:
         for method in _methods(owner):
@@ -348,7 +348,7 @@ def _methods(owner: Any) -> Iterator[Method]:
 
 
 def as_vendor(words: str) -> str:
-    """Names of arguments as the vendor writes them: `useSensors` for `use_sensors`."""
+    """Names of arguments in the vendor's style: `useSensors` for `use_sensors`."""
     return re.sub(r"(?<=[a-z])_([a-z])", lambda letter: letter[1].upper(), words)
 
 
@@ -369,9 +369,7 @@ def _check(kind: Any, owner: object) -> Check:
     origin, args = get_origin(kind), get_args(kind)
     if origin is Annotated:
         steps = [step.of(owner) if isinstance(step, Own) else step for step in args[1:]]
-        if all(
-            isinstance(step, Range | OneOf) for step in args[1:]
-        ):  # they refine the result of the type's own check
+        if all(isinstance(step, Range | OneOf) for step in args[1:]):  # refinements of the type's own check
             steps.insert(0, _check(args[0], owner))
 
         def all_steps(value: Any, what: str) -> Any:
@@ -404,7 +402,7 @@ class Refused(msgspec.Struct, frozen=True):
 
     methods: list[str] = []
     no: dict[str, str] = {}
-    """Method -> why; `*`: all others."""
+    """Method -> reason; `*`: all others."""
 
 
 REFUSED: Final = convert(read_toml(Path(__file__).with_name("refused.toml")), dict[str, Refused])
@@ -412,11 +410,11 @@ REFUSED: Final = convert(read_toml(Path(__file__).with_name("refused.toml")), di
 
 
 def refusals(service: str, offered: Collection[str]) -> dict[str, Method]:
-    """Methods that the vendor's service has and this one refuses.
+    """The vendor's methods of a service that this one refuses.
 
     Args:
         service: name of the service.
-        offered: methods that it offers.
+        offered: its offered methods.
     """
     entry = REFUSED.get(service, Refused())
     default = f"{service} offers {', '.join(sorted(offered)) or 'nothing'}"
@@ -487,14 +485,14 @@ def text(value: Any, what: str) -> str:
 
 
 def robot_file(value: Any, what: str) -> Path:
-    """A path of the robot's: its home is `HOME` where this machine has no such folder."""
+    """A path of the robot; its home is `HOME` on a machine without such a folder."""
     file = Path(text(value, what))
     inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
     return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file
 
 
 def new_file(value: Any, what: str) -> Path:
-    """The absolute path of a file that may be written: its folder is there.
+    """The absolute path of a file to write in an existing folder.
 
     Raises:
         NaoqiRefused: anything else.
@@ -552,7 +550,7 @@ def lists_each(value: Any, count: int, what: str) -> list[list[float]]:
 
 
 def require_times(times: Sequence[Sequence[float]], values: Sequence[Sequence[float]], method: str) -> None:
-    """Times of each joint as many as its values, above 0 and increasing.
+    """Check that each joint has as many times as values, above 0 and increasing.
 
     Raises:
         NaoqiRefused: names the joint's place in the list.

@@ -1,4 +1,4 @@
-"""The services of a served robot: a table of their methods, and the calls of them."""
+"""The services of a served robot: the table of their methods, and calls."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ from bridge.validation import unknown_name
 logger = logging.getLogger(__name__)
 
 STAGE = "NaoHil"
-"""Service that the vendor does not have: the robot's surroundings."""
+"""Service of nao-hil itself: the robot's surroundings."""
 _MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
 _MOVES |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
-"""Joints moved by methods whose first argument is no name of a joint."""
+"""Joints moved by methods without a first argument that names joints."""
 
 
 class Services:
@@ -74,10 +74,10 @@ class Services:
     Args:
         config: facts about the robot.
         frame: its first one.
-        lock: held while joints and memory are touched.
-        walking: walks, and hands the joints back and forth.
+        lock: of joints and memory.
+        walking: walks, with the handover of the joints.
         require_lease: raises `NaoHilError` unless the joints may be commanded.
-        commanded: called, with the lock held, when a call may have changed the joints' commands.
+        commanded: called, with the lock held, after a call that may have changed the joints' commands.
         publish: called for each event of ALMemory.
         eyes: its cameras.
     """
@@ -98,7 +98,7 @@ class Services:
         self.joints = Joints(config.body, frame)
         numbers = self._numbers = itertools.count(1)
         self._tasks, self._others = MotionTasks(numbers), MotionTasks(numbers)
-        """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
+        """Motions of joints; and other lasting calls, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
         self.upper_body = UpperBodyShare(self.joints)
         self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
@@ -138,12 +138,12 @@ class Services:
         self._table = self._build()
 
     def _hear(self, said: str) -> list[str]:
-        """Take an utterance of a person; the words that were recognized."""
+        """Process an utterance of a person; the recognized words."""
         self._dialog.hear(said)
         return self._recognition.hear(said)
 
     def _told(self, publish: Publish) -> Publish:
-        """Tells of an event, and has dialogues answer it."""
+        """A publisher of events that also passes them to the dialogues."""
 
         def tell(event: str, value: Any, callbacks: list[list[Any]]) -> None:
             publish(event, value, callbacks)
@@ -157,7 +157,7 @@ class Services:
         return place
 
     def cycle(self, frame: SensorFrame) -> None:
-        """A new frame; the lock is held."""
+        """Take a new frame; the lock is held."""
         self.joints.cycle(frame)
         self.memory.update(frame)
         self._robot_events.update(frame)
@@ -177,21 +177,21 @@ class Services:
         self._others.run(now)
 
     def give_away(self) -> None:
-        """The walker gets the robot: motions of the legs end; the lock is held."""
+        """End motions of the legs for the walker; the lock is held."""
         self.motion.end_using("Legs")
         self.upper_body.begin()
 
     def hold(self) -> None:
-        """Hold the joints where they are, except the program's share; the lock is held."""
+        """Hold the joints in place, except the program's share; the lock is held."""
         self.joints.hold(self.upper_body.taken)
 
     def abandon(self) -> None:
-        """The robot is gone: calls that wait for a motion fail; the lock is held."""
+        """Fail calls that wait for a motion of a lost robot; the lock is held."""
         self._tasks.abandon()
         self._others.abandon()
 
     def names(self) -> dict[str, list[str]]:
-        """Service -> methods, those included that only refuse."""
+        """Service -> methods, including the refused ones."""
         return {name: list(methods) for name, methods in self._table.items()}
 
     def table(self) -> Mapping[str, Mapping[str, Method]]:
@@ -199,7 +199,7 @@ class Services:
         return self._table
 
     def offered(self, service: str) -> list[str]:
-        """Methods of a service that do more than refuse."""
+        """Methods of a service without the refused ones."""
         return sorted(name for name, method in self._table[service].items() if not method.refuses)
 
     def call(self, service: str, method: str, arguments: list[Any]) -> Any:
@@ -208,10 +208,10 @@ class Services:
         Args:
             service: name of the service.
             method: name of the method.
-            arguments: as the program gave them.
+            arguments: of the program.
 
         Raises:
-            NaoHilError: it cannot be carried out; one sentence.
+            NaoHilError: a refusal; one sentence.
         """
         if service not in self._table:
             raise NaoqiRefused(f"NAOqi: {unknown_name('service', service, self._table)}.")
@@ -235,14 +235,14 @@ class Services:
         return self._carry_out(entry, arguments, moves, stiff=stiff)
 
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
-        """Begin a call and do not wait for it; its number."""
+        """Begin a call without waiting for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
         if not isinstance(name, str):
             raise NaoqiRefused(f"{service}.pCall: method is {name!r:.60}; a name is expected.")
         try:
             result = self.call(service, name, rest)
         except NaoHilError as error:
-            logger.warning("%s", error)  # as a robot: the caller gets a number all the same
+            logger.warning("%s", error)  # as on a robot, the caller gets a number
             return next(self._numbers)
         if isinstance(result, Future):
             result.add_done_callback(_log_error)
@@ -269,7 +269,7 @@ class Services:
         if self.handover.has_robot:
             with self._lock:
                 upper = self.upper_body.within(moves)
-                if upper is not None or (stiff and self.handover.active):  # the walk has its legs stiff already
+                if upper is not None or (stiff and self.handover.active):  # a walking robot's legs are stiff
                     self.upper_body.taken |= set(upper or ())
                     result = entry(arguments)
                     self._commanded()
@@ -339,10 +339,10 @@ class Services:
         return [photos.setup, photos, films.setup, films]
 
     def parameters(self, service: str, method: str) -> Method:
-        """A method that a service offers.
+        """An offered method.
 
         Raises:
-            NaoqiRefused: there is none of this name.
+            NaoqiRefused: no such method.
         """
         if method not in self.offered(service):
             raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")

@@ -28,11 +28,11 @@ from bridge.realtime import quiet_process
 logger = logging.getLogger(__name__)
 
 _RETRY: Final = 0.05
-"""s between two looks for a robot that is not there."""
+"""s between two attempts to find the robot."""
 _PRIORITY: Final = 30
 """SCHED_FIFO priority to ask for: below the robot and its controller."""
 _SILENCE: Final = 0.5
-"""s without a frame after which the loop looks whether it is to end."""
+"""s between two checks of the stop event."""
 _QUEUE: Final = 64
 RGB: Final = 11
 """NAOqi's number of the colour space of ROS's `rgb8`."""
@@ -69,7 +69,7 @@ class RosBridge:
         self.counts = RosCounts()
 
     def run(self) -> RosCounts:
-        """Bridge until stopped; waits for the robot if it is not there.
+        """Bridge until stopped; waits for the robot.
 
         Raises:
             ConfigurationError: not an endpoint, or no such body.
@@ -135,9 +135,9 @@ class RosBridge:
                         continue
                     frame = decode(payload, SensorFrame)
                 except FrameError:
-                    continue  # of another program
+                    continue  # from another program
                 if frame.seq == seq:
-                    continue  # a robot in lockstep repeats it
+                    continue  # repeated by a robot in lockstep
                 seq = frame.seq
                 self.counts.frames += 1
                 for found in messages.of_frame(frame, frame.wall or time.time_ns()):
@@ -149,7 +149,7 @@ class RosBridge:
         self.counts.messages += 1
 
     def _tell_listeners(self, session: zenoh.Session, seq: int) -> None:
-        """Tell the log, and by a notice the page, which nodes listen to the robot."""
+        """Report the nodes that listen to the robot, in the log and by notices."""
         ours = {*self._publishers, *(f"{c}/{name}" for c in CAMERAS for name in ("image_raw", "camera_info"))}
         now = frozenset(one for one in self._node.listening if one.topic in ours)
         for one in now ^ self._told:
@@ -161,7 +161,7 @@ class RosBridge:
         self._told = now
 
     def _send_pictures(self, messages: RosMessages, info: Info) -> None:
-        """Send pictures of the cameras that have listeners."""
+        """Send pictures of the cameras with listeners."""
         if info.side != "emulator":
             return
         eyes = DrawnEyes(info.robot, self._endpoint, info.body)

@@ -46,7 +46,7 @@ IMAGE, CAMERA_INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 EVERY: Final = {JOINT_STATES: 1, IMU: 1, FSR: 2, BUTTONS: 10, ODOMETRY: 2, TF: 2}
 """Cycles of the robot from one message to the next."""
 _UNKNOWN: Final = np.zeros(9)
-"""A covariance that is not known (REP of sensor_msgs)."""
+"""An unknown covariance (REP of sensor_msgs)."""
 
 
 _OPTICAL: Final = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -71,7 +71,7 @@ class RosMessage(NamedTuple):
 
 
 class RosMessages:
-    """Turns the messages of one robot into ROS messages.
+    """Converts the messages of one robot to ROS messages.
 
     Args:
         body: data sheet of the robot.
@@ -100,7 +100,7 @@ class RosMessages:
         return self._types[type_name](**fields)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """The walker's odometry, for the frames that follow."""
+        """Take the walker's odometry, for the following frames."""
         self._place = message.place
 
     def of_frame(self, frame: SensorFrame, stamp: int) -> Iterator[RosMessage]:
@@ -145,7 +145,7 @@ class RosMessages:
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def _joint_states(self, frame: SensorFrame, stamp: int) -> Any:
-        """Angles, and speeds since the last frame; currents stand for efforts."""
+        """Angles, speeds since the last frame, and currents as efforts."""
         position = np.array(frame.position)[self._slots]
         velocity = np.zeros(len(position))
         if self._last is not None and frame.time > self._last.time:
@@ -245,7 +245,7 @@ class RosMessages:
         )
 
     def image(self, camera: int, width: int, pixels: bytes, stamp: int) -> tuple[Any, Any]:
-        """A picture and the facts of its camera.
+        """A picture and its camera's parameters.
 
         Args:
             camera: 0 top, 1 bottom.

@@ -28,7 +28,7 @@ from bridge.types import Array, Vec3
 logger = logging.getLogger(__name__)
 
 HOLD: Final = 0.5
-"""s after the last velocity at which the walk stops: that of nodes that are gone, too."""
+"""s after the last velocity at which the walk stops."""
 _RATE: Final = 10.0
 """Orders to the walker a second."""
 _WAY_RATE: Final = 50.0
@@ -67,7 +67,7 @@ class Orders:
         self._voice = Voice()
         self._ended = threading.Event()
         self._velocity: Vec3 | None = None
-        """The newest one that the walker was not told."""
+        """The newest unsent one."""
         self._way: Way | None = None
         node.subscribe("cmd_vel", "geometry_msgs/msg/Twist", self._on_velocity)
         node.subscribe("joint_trajectory", "trajectory_msgs/msg/JointTrajectory", self._on_way)
@@ -86,7 +86,7 @@ class Orders:
             self._velocity = velocity
 
     def _send_velocities(self) -> None:
-        """The newest velocity, `_RATE` times a second as long as they come; the walker's hold does the rest."""
+        """Send the newest velocity at a limited rate; after the last one the walker's hold stops the walk."""
         while not self._ended.wait(1.0 / _RATE):
             velocity, self._velocity = self._velocity, None
             if velocity is None:
@@ -115,7 +115,7 @@ class Orders:
                     self._way = None
 
     def _on_posture(self, message: Any) -> None:
-        """Play one of the walker's motions, for example `sit-down` and `get-up`."""
+        """Play one of the walker's motions, for example `sit-down`."""
         self._counts.orders += 1
         self._begin("posture", lambda: self._walker.motion(message.data))
 
@@ -125,7 +125,7 @@ class Orders:
         self._begin("speech", lambda: self._voice.speak(message.data[:1000], "English", 100.0, 1.0))
 
     def _begin(self, topic: str, work: Callable[[], Any]) -> None:
-        """Carry out an order that may take a while; Zenoh's thread does not wait for it."""
+        """Carry out a lasting order in a thread of its own, for which Zenoh's does not wait."""
         threading.Thread(target=self._try, args=(topic, work), daemon=True).start()
 
     @staticmethod
@@ -136,7 +136,7 @@ class Orders:
             logger.warning("%s: %s", topic, error)
 
     def close(self) -> None:
-        """Take no more orders; a walk ends."""
+        """End a walk, and take no more orders."""
         self._ended.set()
         for thread in self._threads:
             thread.join()
@@ -170,7 +170,7 @@ class Way:
         self._began: float | None = None
 
     def now(self, moment: float) -> tuple[UpperBody, bool]:
-        """The order of a moment, and whether it is the last one."""
+        """The order for a moment, and whether it is the last one."""
         self._began = moment if self._began is None else self._began
         passed = moment - self._began
         position = self._at(passed)

@@ -1,4 +1,4 @@
-"""ALMotion's breathing: the slow motion of a robot that stands and has nothing to do.
+"""ALMotion's breathing: the slow motion of an idle standing robot.
 
 Source: vendor's page on idle.
 """
@@ -33,18 +33,18 @@ _INHALED: Final[Mapping[str, Mapping[str, float]]] = {
     "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM.items()},
     "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG.items()},
 }
-"""Angles of joints away from where they rest, at amplitude 0, rad (confirmed: under 5 degrees; which: assumed).
-At amplitude 1 it is twice as far (assumed). Torso and soles stay level."""
+"""Angles of joints from their resting ones at amplitude 0, rad (confirmed: under 5 degrees; the values:
+assumed); twice as much at amplitude 1 (assumed). Torso and soles stay level."""
 _MOVED: Final = 1e-3
-"""rad; a joint that is farther from where it was sent was moved by the program."""
+"""rad from the last angle sent, beyond which the program has moved a joint."""
 
 
 class Breathing:
-    """Not thread-safe, the caller locks.
+    """Breathing of one robot; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
-        postures: tell whether it stands.
+        postures: whether it stands.
     """
 
     def __init__(self, joints: Joints, postures: Postures) -> None:
@@ -54,12 +54,12 @@ class Breathing:
         self._ends: dict[str, int] = {}
         """Of each part's present half breath, ms."""
         self._base: dict[str, float] = {}
-        """Where joints rest that breathe, rad."""
+        """Resting angles of the breathing joints, rad."""
         self._sent: dict[str, float] = {}
-        """Where they were sent last, rad."""
+        """Their angles sent last, rad."""
 
     def update(self) -> None:
-        """One cycle in which the joints are the program's."""
+        """Update in a cycle in which the joints are the program's."""
         for part in sorted(self._enabled):
             if self._joints.now >= self._ends.get(part, 0):
                 self._breathe(part)
@@ -68,7 +68,7 @@ class Breathing:
         """Begin the next half breath, unless the program moves the part or the robot does not stand."""
         joints = _INHALED[part]
         if any(map(self._joints.waits, joints)) or self._postures.family() != "Standing":
-            self._ends[part] = self._joints.now + 200  # looked at again
+            self._ends[part] = self._joints.now + 200  # next check
             return
         if self._moved(part):
             self._base |= {j: self._joints.commanded(j) for j in joints}
@@ -77,7 +77,7 @@ class Breathing:
         self._send(part, (1.0 + self._amplitude) if inhales else 0.0)
 
     def _moved(self, part: str) -> bool:
-        """Whether the program sent the part elsewhere since it breathed last."""
+        """Whether the program has moved the part since the last half breath."""
         for joint in _INHALED[part]:
             waiting = self._joints.dcm.waiting(actuator(joint))
             if waiting:
@@ -109,7 +109,7 @@ class Breathing:
 
     @offers("ALMotion.setBreathConfig")
     def _configure(self, config: Pairs) -> None:
-        """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; fast breaths are clipped to small ones."""
+        """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; the amplitude of fast breaths is limited."""
         method = "ALMotion.setBreathConfig"
         for name, _ in config:
             if name not in ("Bpm", "Amplitude"):

@@ -1,4 +1,4 @@
-"""The cameras of an emulated robot, from the process that draws their pictures.
+"""The cameras of an emulated robot, drawn by a process of their own.
 
 Messages, over a pipe: to it `[number, camera, width, height, colour space, file]`; from it `[number, true,
 [time, bytes]]` or `[number, false, sentence]`, and `[0, sights]`. A sight is `[camera, kind, name, place,
@@ -29,7 +29,7 @@ MAX_MESSAGE: Final = 1 << 24
 
 
 class Unsendable(Exception):
-    """A message that the other end could not read; one sentence."""
+    """A message that the other end cannot read; one sentence."""
 
 
 class Pipe:
@@ -47,7 +47,7 @@ class Pipe:
         self._decoder = msgspec.msgpack.Decoder()
 
     def send(self, message: list[Any]) -> None:
-        """Send one message; nothing happens when the other end is gone.
+        """Send one message; without the other end do nothing.
 
         Raises:
             Unsendable: something in it is no number, text, list or map, or it is too large or too deep.
@@ -65,7 +65,7 @@ class Pipe:
                 return
 
     def receive(self) -> list[Any] | None:
-        """The next message that can be read; None when the other end is gone."""
+        """The next readable message; None without the other end."""
         while True:
             payload = self._payload()
             if payload is None:
@@ -83,7 +83,7 @@ class Pipe:
                 return None
             (length,) = _LENGTH.unpack(head)
             payload = self._stream.read(length) if length <= MAX_MESSAGE else b""
-        except (OSError, ValueError):  # ValueError: this end was closed meanwhile
+        except (OSError, ValueError):  # ValueError: this end is closed
             return None
         return payload if len(payload) == length else None
 
@@ -120,12 +120,12 @@ class Eyes(Protocol):
         ...
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """The things that the cameras saw last; on a busy machine some cycles ago."""
+        """Things in the cameras' newest views, which may be some cycles old."""
         ...
 
 
 class NoEyes:
-    """Of a robot whose cameras are not here."""
+    """Of a robot without cameras here."""
 
     def picture(self, *_: Any) -> Future[Any]:
         """See `Eyes`."""
@@ -137,7 +137,7 @@ class NoEyes:
 
 
 class DrawnEyes:
-    """Starts the drawing process when it is first needed; thread-safe, close it.
+    """Of an emulated robot, by a drawing process that starts at the first call; thread-safe, close it.
 
     Args:
         robot: id of the robot.

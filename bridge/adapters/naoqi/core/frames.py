@@ -1,7 +1,7 @@
-"""Where parts of the robot are, in NAOqi's three spaces.
+"""Poses of the robot's parts in NAOqi's three spaces.
 
 The torso's space moves with it; the robot's is between the feet, its z axis vertical and its x axis forward;
-the world's is where the robot's was at the start. Effectors: the hand's middle, below the ankle on the sole,
+the world's is the robot's at the start. Effectors: the hand's middle, below the ankle on the sole,
 the neck. Source: vendor's page on Cartesian control.
 """
 
@@ -68,11 +68,11 @@ def from_position6(position: Sequence[float]) -> Array:
 
 
 class RobotFrames:
-    """Places of one robot's parts; not thread-safe, the caller locks.
+    """Poses of one robot's parts; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
-        robot_place: where the robot's space is in the world's: x, y (m) and yaw (rad).
+        robot_place: pose of the robot's space in the world's: x, y (m) and yaw (rad).
         steps: footsteps to come, as `WalkingMethods.steps_ahead`.
     """
 
@@ -114,7 +114,7 @@ class RobotFrames:
         return fixed
 
     def position(self, measured: bool) -> list[float]:
-        """The 25 joint positions by the sensors, or as commanded, rad."""
+        """The 25 measured or commanded joint positions, rad."""
         if measured:
             return list(self._joints.frame.position)
         slots = [0.0] * N_JOINTS
@@ -138,7 +138,7 @@ class RobotFrames:
         """The frame of a joint, chain or sensor.
 
         Raises:
-            NaoqiRefused: the body has none of this name.
+            NaoqiRefused: no such name.
         """
         if not isinstance(name, str) or name not in self.effectors:
             raise NaoqiRefused(

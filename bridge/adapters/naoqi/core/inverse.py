@@ -1,4 +1,4 @@
-"""Joint angles that bring effectors to places, by damped least squares (Wampler 1986)."""
+"""Inverse kinematics of effectors by damped least squares (Wampler 1986)."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ RADIAN: Final = 0.1
 MAX_STEP: Final = 0.3
 """rad of one iteration."""
 STALLED: Final = 1e-5
-"""rad of an iteration below which it ends, too: the goal is out of reach."""
+"""rad of an iteration below which the search ends: the goal is out of reach."""
 CLOSE: Final = 1e-5
 """Weighted error at which the search ends, m."""
 
 
 class Goal(NamedTuple):
-    """Where an effector is to be."""
+    """Target of an effector."""
 
     effector: str
     target: Array
@@ -49,7 +49,7 @@ def masked_axes(mask: int, R: Array) -> Array:
 
 
 class InverseKinematics:
-    """Searches from where the joints are.
+    """Search for joint positions.
 
     Args:
         body: data sheet.
@@ -72,13 +72,13 @@ class InverseKinematics:
     def solve(
         self, position: Sequence[float], goals: Sequence[Goal], iterations: int, pinned: Collection[int] = ()
     ) -> list[float]:
-        """The 25 positions that come nearest to all goals, inside the joints' ranges, rad.
+        """The 25 positions nearest to all goals, inside the joints' ranges, rad.
 
         Args:
-            position: to begin from.
+            position: initial one.
             goals: to be reached together.
             iterations: at most.
-            pinned: slots that stay as they are.
+            pinned: slots to leave unchanged.
         """
         q = np.array(position)
         chains = [self.chain(goal.effector) for goal in goals]
@@ -128,7 +128,7 @@ class InverseKinematics:
 
 
 def rotation_vector(R: Array) -> tuple[float, float, float]:
-    """Axis times angle of a rotation, rad; zeros for a half turn, whose axis this does not tell."""
+    """Axis times angle of a rotation, rad; zeros for a half turn, whose axis is ambiguous here."""
     x, y, z = 0.5 * (R[2, 1] - R[1, 2]), 0.5 * (R[0, 2] - R[2, 0]), 0.5 * (R[1, 0] - R[0, 1])
     sine = math.sqrt(x * x + y * y + z * z)
     angle = math.atan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0))

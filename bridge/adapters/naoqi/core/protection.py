@@ -25,7 +25,7 @@ from bridge.types import Array
 from bridge.validation import unknown_name
 
 STIFF: Final = 0.6
-"""Stiffness of the legs that a walk needs more of (confirmed: vendor's page)."""
+"""Stiffness that the legs must exceed for a walk (confirmed: vendor's page)."""
 FEET: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
 STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
 
@@ -37,7 +37,7 @@ def stays_stiff(stiffnesses: Any) -> bool:
 
 
 class WalkProtection:
-    """Not thread-safe, the caller locks.
+    """Conditions of a walk; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
@@ -64,13 +64,13 @@ class WalkProtection:
         self._enabled |= wanted
 
     def require(self, method: str) -> None:
-        """See that a walk may begin.
+        """Check that a walk may begin.
 
         Args:
             method: that begins it, with its service.
 
         Raises:
-            NaoqiRefused: a condition that is on does not hold; names it.
+            NaoqiRefused: names the unmet condition.
         """
         frame = self._joints.frame
         if self._enabled[FEET] and sum(frame.fsr) <= CONTACT:
@@ -87,15 +87,15 @@ class WalkProtection:
 
 
 LIMP: Final = FallSettings().stiffness
-"""Of all joints in a fall (assumed: the vendor's page says only that the stiffness is reduced)."""
+"""Of all joints in a fall (assumed: by the vendor's page the stiffness is reduced)."""
 
 
 class FallManager:
-    """Watches each frame; not thread-safe, the caller locks.
+    """Detection of and reaction to falls; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
-        motion: whose motions end in a fall.
+        motion: its motions end in a fall.
     """
 
     enabled = Setting("ALMotion.FallManagerEnabled", True, bool)
@@ -105,11 +105,11 @@ class FallManager:
         self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
 
     def update(self, frame: SensorFrame, *, leaning: bool) -> bool:
-        """One cycle; whether the robot goes limp in it.
+        """Update in each cycle; whether the robot becomes limp.
 
         Args:
             frame: newest.
-            leaning: a motion to a posture wants the torso to lean; that is no fall.
+            leaning: the torso leans because of a transition, which is no fall.
         """
         if not self._monitor.update(frame) or leaning or not self.enabled:
             return False
@@ -122,9 +122,9 @@ class FallManager:
 
 ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}
 MARGIN: Final = 0.001
-"""m that an arm keeps from the body (assumed; the vendor's posture LyingBack comes that near)."""
+"""Least distance of an arm from the body, m (assumed; that of the vendor's posture LyingBack)."""
 NEAR: Final = 0.02
-"""m below which `isCollision` says `near` (assumed)."""
+"""Distance below which `isCollision` returns `near`, m (assumed)."""
 _BALLS: Final = 6
 """Along forearm and hand."""
 _STEP: Final = 1e-3
@@ -147,7 +147,7 @@ class ArmClearance:
         """In the ElbowRoll frame, (4, balls)."""
 
     def of(self, arm: str, position: Sequence[float]) -> float:
-        """Distance of an arm, m; negative: so deep inside.
+        """Distance of an arm, m; negative: inside the body.
 
         Args:
             arm: `LArm` or `RArm`.
@@ -192,21 +192,21 @@ def _from_limb(points: Array, frame: Array, top: float, bottom: float, radius: f
 
 
 class ArmProtection:
-    """Not thread-safe, the caller locks.
+    """Keeps arms clear of the body; not thread-safe, the caller locks.
 
     Args:
-        joints: of the robot; their answers are made to keep clear.
+        joints: of the robot.
         links: forward kinematics of the body.
     """
 
     def __init__(self, joints: Joints, links: LinkFrames) -> None:
         self._joints, self._clearance = joints, ArmClearance(joints.body, links)
         self._enabled = {"LArm", "RArm"}
-        """Both when a robot is switched on (confirmed: as in `robot_facts`)."""
+        """Both at the start (confirmed: as in `robot_facts`)."""
         joints.shield = self._clear
 
     def _clear(self, wanted: tuple[float, ...], sent: tuple[float, ...]) -> tuple[float, ...]:
-        """Safe positions in place of 25 wanted ones, after those sent before, rad."""
+        """Safe positions for 25 wanted ones, from the last ones sent, rad."""
         position = np.array(wanted)
         for arm in sorted(self._enabled):
             slots = [slot(j) for j in CHAINS[arm] if j in self._joints.guarded and not j.endswith("Hand")]
@@ -248,7 +248,7 @@ class ArmProtection:
 
     @offers("ALMotion.isCollision", partly="forearm and hand")
     def _state(self, chain: Any) -> str:
-        """By the commands: an arm that is sent into the body touches it."""
+        """State by the commands: an arm sent into the body touches it."""
         arms = _arms(chain, "isCollision")
         position = list(self._joints.frame.position)
         for joint in self._joints.names.resolve(list(arms)):

@@ -1,4 +1,4 @@
-"""Services of sensors, and the events that the state of the robot raises.
+"""Services of sensors, and events of the robot's state.
 
 Touches, falls, ground contact, postures, battery and heat raise events; ALSonar, ALTouch, ALSensors, ALBattery
 and ALBodyTemperature answer calls.
@@ -25,9 +25,9 @@ from bridge.messages.dcm import PREFIX
 from bridge.stance import FALLEN_TILT
 
 CONTACT: Final = 5.0
-"""N on a sole (or on both together) from which it touches the ground (assumed)."""
+"""Force on a sole (or on both together) from which it touches the ground, N (assumed)."""
 _SECOND: Final = 100
-"""Cycles between two looks at slow quantities."""
+"""Cycles between two checks of slow quantities."""
 _BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
 _EVENTS: Final = {
     "ChestBoard/Button": "ChestButtonPressed",
@@ -60,7 +60,7 @@ _FIRST: Final[dict[str, Any]] = {
     "ALBasicAwareness/StimulusDetected": "",
     "PeoplePerception/PeopleList": [],
 }
-"""Event -> its value before it is raised for the first time (assumed)."""
+"""Event -> its initial value (assumed)."""
 BATTERY_FLAGS: Final = {
     "BatteryPowerPluggedChanged": 0x8000,
     "BatteryChargingFlagChanged": 0x0080,
@@ -72,22 +72,22 @@ BATTERY_FLAGS: Final = {
 
 @dataclass(frozen=True)
 class _Watched:
-    """A value of the robot's state whose change is an event."""
+    """A value of the robot's state with an event for its changes."""
 
     event: str
     value: Callable[[SensorFrame], Any]
     every: int = 1
-    """Cycles between two looks."""
+    """Cycles between two checks."""
     quiet: Any = None
-    """A value that is stored without an event."""
+    """A value stored without an event."""
 
 
 class RobotEvents:
-    """Looks at each frame; not thread-safe, the caller locks.
+    """Raises the events of changes between frames; not thread-safe, the caller locks.
 
     Args:
         events: to be raised.
-        memory: gets the keys that have no event.
+        memory: for the keys without an event.
         postures: of the robot.
         frame: the first one.
     """
@@ -140,7 +140,7 @@ class RobotEvents:
         return done
 
     def update(self, frame: SensorFrame) -> None:
-        """A new sensor frame; raises the events that it brings."""
+        """Take a new sensor frame and raise its events."""
         before, self._frame = self._frame, frame
         self._count += 1
         if frame.touch != before.touch:
@@ -169,12 +169,12 @@ class RobotEvents:
 
 
 def touch_status(frame: SensorFrame) -> list[list[Any]]:
-    """`[[button, whether it is pressed], ...]` of all buttons."""
+    """`[[button, is pressed], ...]` of all buttons."""
     return [[name, value > 0.5] for name, value in zip(_BUTTONS, frame.touch, strict=True)]
 
 
 def hot_joints(frame: SensorFrame) -> list[str]:
-    """Joints whose motors are so warm that their current is limited."""
+    """Joints whose hot motors have a limited current."""
     return [joint for joint, value in zip(JOINTS, frame.temperature, strict=True) if motor_status(value)]
 
 
@@ -187,14 +187,14 @@ QUIET: Final = {
     "ALSoundDetection": "SoundDetected",
     "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
 }
-"""Service that perceives nothing, for want of people and sound -> its event."""
+"""Service that perceives nothing, without people and sound -> its event."""
 QUIET_VISION: Final = {
     "ALBarcodeReader": "BarcodeReader/BarcodeDetected",
     "ALDarknessDetection": "DarknessDetection/DarknessDetected",
     "ALMovementDetection": "MovementDetection/MovementDetected",
     "ALVisionRecognition": "PictureDetected",
 }
-"""As `QUIET`, of services that look through a camera."""
+"""As `QUIET`, of services with a camera."""
 MAX_SUBSCRIBERS = 1000
 _LONGEST = 3_600_000
 """ms"""
@@ -208,10 +208,10 @@ class Extractor:
 
     Args:
         service: its name.
-        events: that it raises are declared there.
+        events: for the declaration of its events.
         raised: names of its events.
-        keys: further keys of ALMemory that it writes.
-        period: between two results, ms, of a subscriber that gives none.
+        keys: further keys that it writes.
+        period: default between two results, ms.
         quiet: it perceives nothing, and its events hold empty lists.
         left_out: omission of `subscribe`.
     """
@@ -237,12 +237,12 @@ class Extractor:
 
     @property
     def running(self) -> bool:
-        """Whether anybody subscribed to the service, or to one of its events."""
+        """Whether the service or one of its events has a subscriber."""
         return bool(self._subscribers) or any(self._events.subscribers(event) for event in self._raised)
 
     @property
     def period(self) -> int:
-        """Between two results, ms: the shortest that was asked for."""
+        """Between two results, ms: the subscribers' shortest."""
         return min((period for period, _ in self._subscribers.values()), default=self._period)
 
     @offers(".subscribe")
@@ -299,7 +299,7 @@ class Extractor:
 
 
 class VisionExtractor(Extractor):
-    """An extractor that looks through a camera; not thread-safe, the caller locks."""
+    """An extractor with a camera; not thread-safe, the caller locks."""
 
     def __init__(
         self,
@@ -316,11 +316,11 @@ class VisionExtractor(Extractor):
         """0 top, 1 bottom."""
         self._paused = False
         self._kept: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
-        """Settings without effect here, with the values before they are set (assumed)."""
+        """Settings without effect here, with their initial values (assumed)."""
 
     @property
     def processing(self) -> bool:
-        """Whether it runs, and is not paused."""
+        """Whether it runs without a pause."""
         return self.running and not self._paused
 
     @offers(".setActiveCamera")
@@ -333,7 +333,7 @@ class VisionExtractor(Extractor):
         self._paused = paused
 
     def _keep(self, name: str, values: Sequence[Any], most: float) -> bool:
-        """Remember a value, which comes alone or behind a subscriber's name."""
+        """Store a value, the only argument or the one after a subscriber's name."""
         method = f"{self.service}.set{name}"
         if len(values) not in (1, 2):
             raise NaoqiRefused(f"{method} takes a value, or a name and a value.")
@@ -364,15 +364,15 @@ class VisionExtractor(Extractor):
 
 
 NEAR: Final = 0.5
-"""m within which the sonar detects something (confirmed: vendor's page)."""
+"""Range of the sonar's detection, m (confirmed: vendor's page)."""
 _SIDES: Final = ("Left", "Right")
 
 
 class Sonar:
-    """`ALSonar`: raises its events while it runs; not thread-safe, the caller locks.
+    """`ALSonar` and its events; not thread-safe, the caller locks.
 
     Args:
-        joints: whose frames have the distances.
+        joints: of the robot; their frames have the distances.
         events: to be raised.
     """
 
@@ -450,7 +450,7 @@ class BatteryAndHeat:
 
 
 def _diagnosis(joints: Joints) -> list[Any]:
-    """`[level, [joint, ...]]`: 1 or 2 and the joints that are that warm; empty when none is."""
+    """`[level, [joint, ...]]`: 1 or 2 and the joints of that heat; empty: none."""
     absent = absent_joints(joints.body)
     statuses = {
         joint: motor_status(value)

@@ -49,7 +49,7 @@ class _CameraSubscription:
     space: int
     rate: int
     due: float = 0.0
-    """When the next picture may be taken, this machine's clock, s."""
+    """Earliest time of the next picture, this machine's clock, s."""
 
 
 def camera_number(camera: Any, what: str) -> int:
@@ -71,7 +71,7 @@ class VideoDevice:
 
     Args:
         body: of the robot.
-        eyes: that see for it.
+        feed: pictures of its cameras.
     """
 
     def __init__(self, body: Body, eyes: Eyes) -> None:
@@ -82,17 +82,17 @@ class VideoDevice:
 
     @offers("ALVideoDevice.subscribeCamera")
     def subscribe_camera(self, name: str, camera: Any, resolution: Any, space: Any, rate: Any) -> str:
-        """Ask for pictures; the handle of the subscription.
+        """Subscribe to pictures; the handle of the subscription.
 
         Args:
-            name: of the subscriber; the handle is that and a number.
+            name: of the subscriber; the handle is this and a number.
             camera: 0 top, 1 bottom.
             resolution: a key of `RESOLUTIONS`.
             space: a key of `LAYERS`.
             rate: pictures a second, 1 to 30.
 
         Raises:
-            NaoqiRefused: something that there is not, or too many subscriptions.
+            NaoqiRefused: an unknown value, or too many subscriptions.
         """
         method = "ALVideoDevice.subscribeCamera"
         whose, which = name, camera_number(camera, f"{method}: camera")
@@ -115,7 +115,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.unsubscribe")
     def unsubscribe(self, handle: str) -> bool:
-        """End a subscription; whether there was one."""
+        """End a subscription; False: there is none."""
         return any(self._subscriptions.pop(known, None) for known in (handle, f"{handle}_0"))
 
     @offers(
@@ -126,7 +126,7 @@ class VideoDevice:
     def image(self, handle: Any) -> Future[Any] | None:
         """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
 
-        None: the handle has none.
+        None: no such handle.
         """
         of = self._of(handle, "getImageRemote")
         if of.rate <= 0:
@@ -164,7 +164,7 @@ class VideoDevice:
         return done
 
     def _of(self, handle: Any, method: str) -> _CameraSubscription:
-        """The subscription of a handle, or of a name; one that counts for nothing where there is none."""
+        """The subscription of a handle or a name, or a new one without effect."""
         name = text(handle, f"ALVideoDevice.{method}: handle")
         found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
         return found or _CameraSubscription(self._active, -1, -1, -1)
@@ -198,7 +198,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.setActiveCamera")
     def _set_active(self, first: Any, camera: Any = None) -> bool:
-        """`(camera)` for all that come by `subscribe`, or `(handle, camera)`."""
+        """`(camera)` for all subscriptions by `subscribe`, or `(handle, camera)`."""
         number = camera_number(first if camera is None else camera, "ALVideoDevice.setActiveCamera: camera")
         if camera is not None:
             self._of(first, "setActiveCamera").camera = number
@@ -257,7 +257,7 @@ class VideoDevice:
     def _set_parameter(
         self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
     ) -> bool:
-        """Remember a parameter; without a value its default. Whether there is such a one."""
+        """Store a parameter, without a value its default; False: there is none."""
         which = camera_number(camera, "ALVideoDevice.setParameter: camera")
         if not isinstance(parameter, int) or parameter not in PARAMETERS:
             return False

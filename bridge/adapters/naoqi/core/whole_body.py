@@ -1,6 +1,6 @@
 """ALMotion's whole-body calls by inverse kinematics: effectors, and the centre of mass over a foot.
 
-The feet stay where they are. No controller balances the robot against motions of its arms.
+The feet stay in place. No controller balances the robot against motions of its arms.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _FEET: Final = ("LLeg", "RLeg")
 _LEGS: Final = ("Legs", *_FEET)
 _STATES: Final = ("Fixed", "Plane", "Free")
 _MASKS: Final = {"Head": 56, "LArm": 7, "RArm": 7}
-"""Effector that follows a target -> axes of it (vendor's page: the head's angles, the arms' positions)."""
+"""Following effector -> mask of its axes (vendor's page: the head's angles, the arms' positions)."""
 _SPEED: Final = 0.2
-"""Fraction of the largest speed at which an effector goes to its target (assumed)."""
+"""Speed of an effector to its target, as a fraction of the largest (assumed)."""
 _BALANCE_TIME: Final = 1.0
-"""s in which the centre of mass goes over a foot at full speed (assumed)."""
+"""Duration of a shift of the centre of mass over a foot at full speed, s (assumed)."""
 _ROBOT: Final = 2
 """FRAME_ROBOT"""
 
@@ -59,11 +59,11 @@ class WholeBody:
         self._enabled = False
         self._states = dict.fromkeys(_FEET, "Fixed")
         self._followed: set[str] = set()
-        """Effectors that follow their targets."""
+        """Following effectors."""
 
     @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED)
     def enable_effector(self, effector: Follower, enabled: bool) -> None:
-        """Have an effector follow its target, or not."""
+        """Switch the following of targets on or off."""
         self._followed = self._followed | {effector} if enabled else self._followed - {effector}
 
     @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED)
@@ -113,7 +113,7 @@ class WholeBody:
                 for joint in others:
                     self._joints.put_position(joint, [(STEP, wanted[INDEX_WITH_MIRROR[joint]])])
                 yield self._joints.now + round(1000.0 * STEP)
-        finally:  # it may be stopped
+        finally:  # also after a stop
             self._tasks.end_these(self._tasks.of(moving))
         return moving.result()
 

@@ -1,7 +1,7 @@
-"""ALAnimationPlayer and ALBehaviorManager: gestures of our own stand for the vendor's animations.
+"""ALAnimationPlayer and ALBehaviorManager: gestures of nao-hil in place of the vendor's animations.
 
 The vendor's animations are not published. Each of their names (`animations/Stand/Gestures/Hey_1`) plays a short
-gesture of head and arms that fits the name, from where the joints are and back.
+gesture of head and arms that fits the name, from the present angles and back.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _GESTURES: Final = (
 )
 """Words of a name, and the gesture for them: joint -> (s, rad)."""
 _BACK: Final = 0.8
-"""s for the way back."""
+"""Duration of the way back, s."""
 
 
 def is_animation(name: str) -> bool:
@@ -55,7 +55,7 @@ GESTURES: Final = "the vendor's animations alone are there, and they are gesture
 
 
 class Animations:
-    """Not thread-safe, the caller locks.
+    """Gestures by the vendor's names; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
@@ -73,7 +73,7 @@ class Animations:
         """Play the gesture for an animation; waits for its end.
 
         Raises:
-            NaoqiRefused: no animation of the vendor has a name of this form.
+            NaoqiRefused: not a name of the vendor's animations.
         """
         if not is_animation(name):
             raise NaoqiRefused(
@@ -109,7 +109,7 @@ class Animations:
 
     @offers("ALBehaviorManager.stopBehavior")
     def _stop(self, name: str) -> None:
-        """Stop a behaviour; nothing happens if it does not run."""
+        """Stop a behaviour, if it runs."""
         if self._is_running(name):
             self._motion.end_using(list(GESTURE_CHAINS))
 

@@ -1,6 +1,6 @@
 """ALAudioPlayer, ALAudioDevice and ALAudioRecorder without loudspeakers and microphones.
 
-A file is silent and takes as long as it lasts; recordings and buffers are silence.
+A file is played silently for its duration; recordings and buffers are silence.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ logger = logging.getLogger(__name__)
 MAX_FILES: Final = 1000
 _OWN_SOUNDS: Final = Path("/usr/share/naoqi/wav")
 _OWN_SECONDS: Final = 5.0
-"""Of each sound that comes with a robot (assumed)."""
+"""Duration of each of the robot's own sounds, s (assumed)."""
 _POLL: Final = 50
-"""ms between two looks whether a file was stopped."""
+"""ms between two checks for a stop."""
 
 
 @dataclass
@@ -50,7 +50,7 @@ class _File:
     seconds: float
     volume: float = 1.0
     place: float = 0.0
-    """Where it is, s."""
+    """Present position, s."""
     playing: int = 0
     """Number of the call that plays it; 0: none."""
     paused: bool = False
@@ -61,16 +61,16 @@ Level = Annotated[float, Range(0.0, 1.0)]
 Side = Annotated[float, Range(-1.0, 1.0)]
 """Panorama: -1 left, 1 right."""
 Loaded = Annotated[_File, Own("_file")]
-"""A file by the number that `loadFile` gave."""
+"""A file by its number of `loadFile`."""
 
 
 class AudioPlayer:
-    """Plays WAV files of this machine without a sound; not thread-safe, the caller locks.
+    """Silent player of WAV files of this machine; not thread-safe, the caller locks.
 
     Args:
-        tasks: for calls that end when the file does.
+        tasks: for calls that end with the file.
         now: the robot's clock, ms.
-        numbers: for files; none is a call's.
+        numbers: for files, different from the calls'.
     """
 
     master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, KEPT)
@@ -80,13 +80,13 @@ class AudioPlayer:
         self._tasks, self._now = tasks, now
         self._files: dict[int, _File] = {}
         self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
-        """File that a call of `playFile` plays."""
+        """File of each call of `playFile`."""
         self._numbers, self._plays = numbers, itertools.count(1)
         self._muted = False
 
     @offers("ALAudioPlayer.loadFile", partly=SILENT)
     def load(self, path: RobotFile) -> int:
-        """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
+        """Load a file; its number. One that is missing or no WAV file has no duration, with a warning."""
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
         try:
@@ -112,7 +112,7 @@ class AudioPlayer:
     def play(
         self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
-        """Play a loaded file from where it is; waits for its end, or for its stop."""
+        """Play a loaded file from its present position; waits for its end or stop."""
         file.volume = volume
         return self._tasks.begin(self._played(file, loop))
 
@@ -152,7 +152,7 @@ class AudioPlayer:
         return playing
 
     def begun(self, playing: Future[Any], number: int) -> None:
-        """A call of `playFile` got a number: the file has that name, too (confirmed: vendor's samples)."""
+        """Also name a file by the number of its `playFile` call (confirmed: vendor's samples)."""
         if playing in self._played_by:
             self._files[number] = self._files[self._played_by.pop(playing)]
 
@@ -256,7 +256,7 @@ class AudioPlayer:
 SAMPLES: Final = {48_000: 4096, 16_000: 1365}
 """Samples of a channel in one buffer by the rate, Hz: 85 ms."""
 ALL: Final = 4
-"""Channels that the number 0 stands for; 1 to 4 are one each: left, right, front, rear."""
+"""Channels of the number 0; 1 to 4 are one each: left, right, front, rear."""
 MAX_MODULES: Final = 100
 
 
@@ -265,7 +265,7 @@ class _Listener:
     channels: int = ALL
     rate: int = 48_000
     due: float | None = None
-    """When it gets its next buffer, the robot's clock, ms; None: it has not subscribed."""
+    """Time of its next buffer, the robot's clock, ms; None: no subscription."""
 
 
 class Microphones:
@@ -280,7 +280,7 @@ class Microphones:
         self._listeners: dict[str, _Listener] = {}
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms."""
+        """Send the buffers due at `now` of the robot's clock, ms."""
         for module, one in self._listeners.items():
             if one.due is None or now < one.due:
                 continue
@@ -317,7 +317,7 @@ class Microphones:
 _ALLOWED: Final = ((4, 48_000), (1, 16_000))
 """Channels and rate, Hz (vendor's page)."""
 MAX_SECONDS: Final = 600.0
-"""s of silence that are written."""
+"""Longest silence of a file, s."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""ALAutonomousLife and ALBasicAwareness: settings that are remembered, and a head that follows a face.
+"""ALAutonomousLife and ALBasicAwareness: remembered settings, and a head that follows a face.
 
-A person is a face of the emulated world, or one of `NaoHil.show`. Source: vendor's pages.
+A person is a face of the emulated world or of `NaoHil.show`. Source: vendor's pages.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class AutonomousLife:
     """Methods of `ALAutonomousLife`; the caller locks.
 
     Args:
-        events: its state is one.
+        events: for its state.
     """
 
     def __init__(self, events: Events) -> None:
@@ -96,7 +96,7 @@ STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "T
 NOBODY: Final = -1
 """In place of a person's number (confirmed: vendor's page)."""
 LOST: Final = 3000
-"""ms without a sight of a person after which the robot has lost them (assumed)."""
+"""ms without a sight of a person after which the person is lost (assumed)."""
 _PERSON: Final = "PeoplePerception/Person/"
 _SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
 
@@ -108,11 +108,11 @@ class Awareness:
     """Methods of `ALBasicAwareness`; not thread-safe, the caller locks.
 
     Args:
-        stage: has the faces to be seen.
+        scene: has the faces.
         frames: of the robot.
         motion: turns its head.
-        events: told who is tracked.
-        memory: gets where people are.
+        events: for the tracked person.
+        memory: for the places of people.
     """
 
     engagement = Setting(
@@ -135,7 +135,7 @@ class Awareness:
         self._events, self._memory = events, memory
         self._cameras = [camera.name for camera in cameras(frames.body)]
         self._people: dict[str, int] = {}
-        """Name of a face -> the number that the robot gave it."""
+        """Name of a face -> number of the person."""
         self._tracked, self._due, self._seen = NOBODY, 0, 0
         self._enabled = self._paused = False
         self._stimuli = dict.fromkeys(STIMULI, True)
@@ -152,7 +152,7 @@ class Awareness:
         self._stimuli[stimulus] = enabled
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms."""
+        """Look for people and follow one, in the cycle at `now` of the robot's clock, ms."""
         if now < self._due:
             return
         self._due = now + PERIOD
@@ -175,7 +175,7 @@ class Awareness:
             self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
 
     def _look_around(self) -> dict[int, list[float]]:
-        """Number -> place in the Torso frame, m, of the people that are seen, the largest face first."""
+        """Number -> place in the Torso frame, m, of the visible people, the largest face first."""
         links = self._frames.measured_links()
         spaces = {key: self._frames.space(i, links, True) for i, key in _SPACES.items()}
         places: dict[int, list[float]] = {}

@@ -1,4 +1,4 @@
-"""ALFaceDetection, ALLandMarkDetection and ALRedBallDetection: they see the things around the robot."""
+"""ALFaceDetection, ALLandMarkDetection and ALRedBallDetection, by the geometry of things in view."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from bridge.types import Array, Vec3
 from bridge.validation import unknown_name
 
 RANGE: Final = 3.0
-"""m within which a thing is detected (assumed: 2 to 3 m in the vendor's pages)."""
+"""Range of the detection, m (assumed: 2 to 3 m in the vendor's pages)."""
 MAX_THINGS: Final = 100
 
 
 @dataclass(frozen=True)
 class ShownThing:
-    """Something that can be seen."""
+    """A visible thing."""
 
     kind: Kind
     name: str
@@ -40,7 +40,7 @@ class ShownThing:
 
 @dataclass(frozen=True)
 class Sighting:
-    """A thing as a camera sees it."""
+    """A thing in a camera's picture."""
 
     name: str
     alpha: float
@@ -48,9 +48,9 @@ class Sighting:
     beta: float
     """Below the picture's middle, rad."""
     size: float
-    """Angle that it fills, rad."""
+    """Its angular size, rad."""
     links: Mapping[str, Array]
-    """Links in the Torso frame, with the head as it was when the camera saw this, each (4, 4), m."""
+    """Links in the Torso frame, with the head's angles at the time of the picture, each (4, 4), m."""
 
 
 class Stage:
@@ -59,8 +59,8 @@ class Stage:
     Args:
         body: of the robot.
         frames: of the robot.
-        eyes: that see things of its world.
-        hear: gets an utterance; returns the words that it recognized.
+        feed: of its cameras, for the things of its world.
+        hear: utterance -> recognized words.
     """
 
     def __init__(self, body: Body, frames: RobotFrames, eyes: Eyes, hear: Callable[[str], list[str]]) -> None:
@@ -145,7 +145,7 @@ def _name(kind: Any, name: Any) -> str:
 
 
 PERIOD: Final = 100
-"""ms between two results, for a subscriber that gives no period (assumed)."""
+"""Default between two results, ms (assumed)."""
 
 
 class Detection:
@@ -155,7 +155,7 @@ class Detection:
         service: its name.
         kind: of the things.
         event: that it raises.
-        stage: has the things.
+        scene: has the things.
         frames: of the robot.
         events: to be raised.
     """
@@ -181,7 +181,7 @@ class Detection:
         return self.extractor.camera
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
+        """Raise the event at the subscribers' period, in the cycle at `now` of the robot's clock, ms."""
         if not self.extractor.processing or now < self._due:
             return
         self._due = now + max(10, self.extractor.period)
@@ -189,7 +189,7 @@ class Detection:
         if sightings:
             self._events.raise_event(self._event, self._value(sightings))
         elif self._seen:
-            self._events.raise_event(self._event, [])  # once, when the last one is gone
+            self._events.raise_event(self._event, [])  # once, after the last one
         self._seen = bool(sightings)
 
     def _value(self, sightings: list[Sighting]) -> list[Any]:
@@ -217,7 +217,7 @@ class LandMarks(Detection):
 
 
 class Faces(Detection):
-    """`ALFaceDetection`: knows the faces that were learnt."""
+    """`ALFaceDetection`, with names for learnt faces."""
 
     recognizes = Setting(
         "ALFaceDetection.RecognitionEnabled", True, bool, reader="is", also="enableRecognition"
@@ -249,7 +249,7 @@ class Faces(Detection):
     @offers("ALFaceDetection.learnFace", partly="for the one face that is seen")
     @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
     def _learn(self, name: str) -> bool:
-        """Learn the one face that is seen; false when it is none or several."""
+        """Learn the one visible face; false: there are none or several."""
         faces = list(self._stage.seen("face", self._camera))
         if len(faces) != 1:
             return False

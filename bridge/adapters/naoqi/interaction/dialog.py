@@ -19,7 +19,7 @@ from bridge.validation import unknown_name
 logger = logging.getLogger(__name__)
 
 _THREE: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
-"""Codes of topics' languages (assumed but for the first two)."""
+"""Codes of topics' languages (assumed except for the first two)."""
 MAX_TOPICS: Final = 100
 MAX_TOPIC: Final = 1 << 16
 """Letters of a topic."""
@@ -43,7 +43,7 @@ class Dialog:
     Args:
         events: to be raised, and read as variables.
         read: value of a key of ALMemory; raises `NaoHilError` if there is none.
-        speak: says an answer; done at its end.
+        speak: speaks an answer; done at its end.
     """
 
     def __init__(self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]]) -> None:
@@ -52,27 +52,27 @@ class Dialog:
         self._active: list[str] = []
         self._subscribers: set[str] = set()
         self._concepts: dict[tuple[str, str], list[str]] = {}
-        """Of programs, by name and language."""
+        """Words of programs, by name and language."""
         self._patterns: dict[tuple[str, str], Pattern] = {}
         """Patterns of the concepts."""
         self._blocked: set[tuple[str, str]] = set()
-        """Topic and tag of each proposal that is switched off."""
+        """Topic and tag of each disabled proposal."""
         self._within: tuple[str, list[Rule]] = ("", [])
-        """Topic and rules that come first after the last answer."""
+        """Topic and rules with priority after the last answer."""
         self._turns: Counter[tuple[str, str]] = Counter()
-        """How often something was said that is another time something else."""
+        """Number of uses of each answer with alternatives."""
         self._answers = False
         self._focus, self._language, self._threshold = "", "English", 0.5
         for event in _EVENTS:
             events.declare(f"Dialog/{event}", "ALDialog")
 
     def hear(self, said: str) -> None:
-        """Take an utterance of a person."""
+        """Answer an utterance of a person, if there is a subscriber."""
         if self._subscribers:
             self._input(said)
 
     def notice(self, event: str, value: Any) -> None:
-        """An event was raised."""
+        """Answer an event by the rules for it."""
         if not self._subscribers or self._answers:
             return
         for topic, rule in self._rules():
@@ -82,7 +82,7 @@ class Dialog:
                 return
 
     def _rules(self) -> Iterator[tuple[Topic, Rule]]:
-        """Rules of the active topics, in the order in which they are tried."""
+        """Rules of the active topics, by priority."""
         name, within = self._within
         order = [name for name in self._active if name == self._focus]
         order += [name for name in self._active if name != self._focus]
@@ -103,7 +103,7 @@ class Dialog:
             return ""
 
     def _input(self, said: str) -> Future[Any] | None:
-        """Answer an utterance; done when the answer was spoken."""
+        """Answer an utterance; done at the end of the answer."""
         self._raise("LastInput", said)
         steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
@@ -147,7 +147,7 @@ class Dialog:
             self._answers = False
 
     def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
-        """Text of an answer; its variables are set on the way."""
+        """Text of an answer; sets its variables."""
         for _ in range(_JUMPS):
             jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
             if jump is None:
@@ -198,13 +198,13 @@ class Dialog:
     @offers("ALDialog.forceInput", partly="without a subscriber nothing is answered")
     def _force_input(self, said: str) -> Future[Any] | None:
         if not self._subscribers:
-            logger.warning("ALDialog.forceInput: nobody has subscribed to ALDialog, and nothing is answered")
+            logger.warning("ALDialog.forceInput: ALDialog has no subscriber, and nothing is answered")
             return None
         return self._input(said[:MAX_TOPIC])
 
     @offers("ALDialog.forceOutput")
     def _force_output(self) -> Future[Any] | None:
-        """Say the next proposal of the topic that has the focus."""
+        """Speak the next proposal of the focused topic."""
         topic = self._topics.get(self._focus) if self._focus in self._active else None
         proposals = [p for p in topic.proposals if self._is_on(topic.name, p.tags)] if topic else []
         turn = self._turns["proposal", self._focus]
@@ -373,13 +373,13 @@ def _of_words(words: str) -> Pattern:
 
 
 def _words_of(pattern: Pattern) -> list[str]:
-    """Words of a pattern, of choices the first."""
+    """Words of a pattern, with the first of each choice."""
     parts = pattern.parts[:1] if pattern.kind == "choice" else pattern.parts
     return [pattern.text] if pattern.kind == "word" else [word for part in parts for word in _words_of(part)]
 
 
 def _with_kept(answer: str, kept: tuple[str, ...]) -> str:
-    """An answer with the words that were kept in place of `$1`, `$2`, ..."""
+    """An answer with the captured words in place of `$1`, `$2`, ..."""
     return re.sub(r"\$(\d)", lambda m: kept[int(m[1]) - 1] if 0 < int(m[1]) <= len(kept) else "", answer)
 
 
@@ -397,6 +397,6 @@ def _words(words: Any) -> list[str]:
 
 
 def _codes(language: Any) -> set[str]:
-    """How topics name a language: by its name, or by a code."""
+    """Names of a language in topics: its name, or a code."""
     name = text(language, "ALDialog.getLoadedTopics: language")
     return {name, _THREE.get(name, name)}

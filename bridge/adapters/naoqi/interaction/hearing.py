@@ -12,18 +12,18 @@ from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
 NOTHING: Final[list[Any]] = ["", -3.0]
-"""`WordRecognized` before anything was recognized (assumed)."""
+"""Initial value of `WordRecognized` (assumed)."""
 MAX_WORDS: Final = 10_000
 _STATUS: Final = "ALSpeechRecognition/Status"
 _PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0, 1.0)}
-"""Parameter -> smallest value, largest, and that at the start."""
+"""Parameter -> smallest, largest and initial value."""
 
 
 Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
 
 
 class SpeechRecognition:
-    """Listens while it has subscribers and is not paused; not thread-safe, the caller locks.
+    """Recognition of words, unless paused or without subscribers; not thread-safe, the caller locks.
 
     Args:
         events: to be raised.
@@ -46,13 +46,13 @@ class SpeechRecognition:
         self._words: list[str] = []
         self._spots, self._paused = False, False
         self._pushed: list[tuple[list[str], bool]] = []
-        """Vocabularies that were put aside."""
+        """Stack of vocabularies."""
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
 
     def hear(self, said: str) -> list[str]:
-        """Take an utterance of a person; the words of the vocabulary that were recognized, best first.
+        """Process an utterance of a person; the recognized words of the vocabulary, best first.
 
-        Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
+        Without word spotting the whole must be a word of the vocabulary; with it a part suffices.
         """
         if not self.extractor.running or self._paused:
             return []

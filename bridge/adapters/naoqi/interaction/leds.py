@@ -24,7 +24,7 @@ _NAMED: Final = {
 }
 _SIDES: Final = ("Left", "Right")
 _PARTS_OF_EYES: Final = {"Top": (7, 0), "Internal": (1, 2), "Bottom": (3, 4), "External": (5, 6)}
-"""Part -> numbers of its LEDs, as users of robots list them."""
+"""Part -> numbers of its LEDs, by lists of robots' users."""
 MAX_GROUPS: Final = 1000
 _PICTURE: Final = 0.1
 """s of one picture of random eyes (assumed)."""
@@ -77,7 +77,7 @@ def led_groups() -> dict[str, list[str]]:
 
 
 def _is_behind(led: str) -> bool:
-    """Whether an ear's LED is on its rear half: from 180 deg on (assumed)."""
+    """Whether an LED is on the rear half of an ear: from 180 deg on (assumed)."""
     return int(led.rpartition("/")[2].removesuffix("Deg")) >= 180
 
 
@@ -85,8 +85,8 @@ class Leds:
     """Methods of `ALLeds`; not thread-safe, the caller locks.
 
     Args:
-        joints: whose DCM has the LEDs.
-        tasks: for calls that end when the fade does.
+        joints: of the robot; their DCM has the LEDs.
+        tasks: for calls that end with the fade.
     """
 
     def __init__(self, joints: Joints, tasks: MotionTasks) -> None:
@@ -96,7 +96,7 @@ class Leds:
 
     @offers("ALLeds.listLED", "ALLeds.listGroup")
     def _group(self, name: str) -> list[str]:
-        """LEDs of a group, or the one of that name (with or without `/Actuator/Value`)."""
+        """LEDs of a group, or one LED by its name (with or without `/Actuator/Value`)."""
         wanted = name.removesuffix("/Actuator/Value").removeprefix("Device/SubDeviceList/")
         if wanted in self._groups:
             return self._groups[wanted]
@@ -115,12 +115,12 @@ class Leds:
 
     @offers("ALLeds.fade")
     def fade(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)], duration: Duration) -> Future[Any]:
-        """All LEDs of a group to one brightness (0 to 1) in a time (s); waits for the end."""
+        """Fade a group to a brightness (0 to 1) in a time (s); waits for the end."""
         return self._tasks.begin(self._go([(led, [(duration, intensity)]) for led in self._group(name)]))
 
     @offers("ALLeds.fadeRGB")
     def fade_rgb(self, name: str, *arguments: Any) -> Future[Any]:
-        """To a colour in a time: `(red, green, blue, s)`, `(0x00RRGGBB, s)` or `(colour's name, s)`."""
+        """Fade to a colour in a time: `(red, green, blue, s)`, `(0x00RRGGBB, s)` or `(colour's name, s)`."""
         if len(arguments) == 2:
             colour: tuple[float, ...] = _colour(arguments[0])
             duration = arguments[1]
@@ -133,7 +133,7 @@ class Leds:
 
     @offers("ALLeds.fadeListRGB")
     def fade_list(self, name: str, colours: Any, times: Any) -> Future[Any]:
-        """Through colours (0x00RRGGBB) at times (s); waits for the end."""
+        """Fade through colours (0x00RRGGBB) at times (s); waits for the end."""
         if not isinstance(colours, list) or not isinstance(times, list) or len(colours) != len(times):
             raise NaoqiRefused("ALLeds.fadeListRGB takes a list of colours and a list of as many times.")
         moments = [number(time, "ALLeds.fadeListRGB: time", 0.0, MAX_DURATION) for time in times]
@@ -158,7 +158,7 @@ class Leds:
         """Show pictures on both eyes, one after the other; waits for the end.
 
         Args:
-            method: that was called.
+            method: for errors.
             seconds: of the whole.
             step: of one picture, s.
             shade: colour (0x00RRGGBB) of each of the eight places in a picture, by their numbers.

@@ -26,14 +26,14 @@ FORMATS: Final = {
 GREY, COLOUR = 0, 13
 """Colour spaces of files."""
 MAX_PICTURES: Final = 9000
-"""Of one call, or of one film."""
+"""Of a call or a film."""
 
 
 class _Setup:
-    """Settings of the pictures; the initial values are assumed, but for the interval.
+    """Settings of pictures; the initial values are assumed.
 
     Args:
-        service: that takes them.
+        service: of the settings.
     """
 
     camera = Setting(".CameraID", 0, Annotated[int, Choice(0, 1)])
@@ -50,10 +50,10 @@ class _Setup:
         return width, 3 * width // 4
 
     def file(self, folder: str, name: str, overwrite: bool, method: str) -> Path:
-        """A file to be written; its folder is made if it is below the robot's home.
+        """Path of a file to write; creates its folder below the robot's home.
 
         Raises:
-            NaoqiRefused: it cannot be, or it is there and must not be replaced.
+            NaoqiRefused: it cannot be written, or exists and must not be replaced.
         """
         where = f"{self.service}.{method}"
         path = new_file(f"{folder}/{name}", f"{where}: file")
@@ -67,7 +67,7 @@ class PhotoCapture:
 
     Args:
         eyes: that see.
-        tasks: run the pictures of a series.
+        tasks: for series of pictures.
         now: the robot's clock, ms.
     """
 
@@ -92,7 +92,7 @@ class PhotoCapture:
         bare, names = _bare(name, self.form), list[str]()
 
         def task() -> MotionTask:
-            """One picture after the other, at the interval that is set."""
+            """Take one picture after the other at the interval."""
             for i in range(series):
                 begun, file = self._now(), f"{bare}_{i}.{self.form}"
                 path = self.setup.file(folder, file, overwrite, "takePictures")
@@ -106,7 +106,7 @@ class PhotoCapture:
         return self._tasks.begin(task())
 
     def _written(self, path: Path, result: Any) -> Future[Any]:
-        """A picture of now as a file; the result comes when it is written."""
+        """Take a picture and write it to a file; the result after the writing."""
         written: Future[Any] = Future()
 
         def write(taken: Future[Any]) -> None:
@@ -140,7 +140,7 @@ class VideoRecorder:
 
     Args:
         eyes: that see.
-        tasks: run the recording.
+        tasks: for the recording.
         now: the robot's clock, ms.
     """
 
@@ -170,7 +170,7 @@ class VideoRecorder:
             if self._path is path and taken[-1].done():
                 taken.append(self._shot())
             elif self._path is path:
-                taken.append(taken[-1])  # the drawing is late: the picture stays
+                taken.append(taken[-1])  # the drawing is late: repeat the picture
 
     @offers("ALVideoRecorder.stopRecording")
     def _stop(self) -> Future[Any]:
@@ -202,7 +202,7 @@ class VideoRecorder:
 
 
 def _bare(name: str, extension: str) -> str:
-    """A file's name without its extension, if it has that."""
+    """A file's name without the extension."""
     return name.removesuffix(f".{extension}")
 
 
@@ -211,7 +211,7 @@ def _unwritten(method: str, path: Path, error: OSError) -> NaoqiRefused:
 
 
 def _write_film(path: Path, taken: Sequence[Future[Any]], size: tuple[int, int], rate: int) -> list[Any]:
-    """`[pictures, path]` of a film, once its last picture is drawn."""
+    """Write a film after its last picture; `[pictures, path]`."""
     pictures = [one.result(_LONGEST)[1] for one in taken]
     try:
         path.write_bytes(avi(pictures, size, rate))
