@@ -17,7 +17,7 @@ from bridge.types import SIDES, Positive
 
 FALLEN_TILT: Final = math.radians(45.0)
 """Tilt of the torso from which a robot counts as fallen, rad."""
-_STIFF: Final = 0.2
+_MIN_STIFFNESS: Final = 0.2
 """Least stiffness of each joint of a supporting leg."""
 
 
@@ -36,7 +36,7 @@ STANCE: Final = StanceSettings()
 
 def legs_stiff(stiffness: Sequence[float]) -> bool:
     """Whether the legs hold the robot, by 25 stiffnesses in frame order."""
-    return min(stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) >= _STIFF
+    return min(stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) >= _MIN_STIFFNESS
 
 
 def stands(body: Body, frame: SensorFrame, settings: StanceSettings = STANCE) -> bool:

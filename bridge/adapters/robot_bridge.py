@@ -24,7 +24,7 @@ from bridge.recording.observer import NoticeLog
 
 logger = logging.getLogger(__name__)
 
-_RETRY: Final = 0.5
+_RETRY_INTERVAL: Final = 0.5
 """s between two attempts to connect."""
 
 
@@ -76,7 +76,7 @@ class Retry:
         if str(reason) != self._reason:
             self._reason = str(reason)
             logger.warning("%s Trying again.", reason)
-        self._stop.wait(_RETRY)
+        self._stop.wait(_RETRY_INTERVAL)
 
     def succeeded(self) -> None:
         """Log the next reason in any case."""

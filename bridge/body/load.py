@@ -23,7 +23,7 @@ from bridge.validation import unknown_name
 
 _ENCODER_STEPS: Final = 4096
 _GYROSCOPE_AXES: Final = (2, 3)
-_TAGS: Final = ("confirmed: ", "assumed: ")
+_SOURCE_TAGS: Final = ("confirmed: ", "assumed: ")
 _TRIANGLE_SLACK: Final = 1e-9
 """Relative: rounding of published digits must not make a flat plate impossible."""
 
@@ -59,7 +59,7 @@ def check_body(body: Body) -> None:
     if body.inertial_unit.gyroscope_axes not in _GYROSCOPE_AXES:
         _refuse(body, "inertial_unit", f"gyroscope_axes {body.inertial_unit.gyroscope_axes} must be 2 or 3")
     for group, source in body.sources.items():
-        if not source.startswith(_TAGS):
+        if not source.startswith(_SOURCE_TAGS):
             _refuse(body, f"sources.{group}", "must begin with 'confirmed: ' or 'assumed: '")
 
 

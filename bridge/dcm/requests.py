@@ -14,8 +14,8 @@ from typing import Any, Final, NamedTuple
 
 from bridge.errors import DcmRefused
 
-LOWEST: Final = -(2**31)
-HIGHEST: Final = 2**31 - 1
+MIN_TIME: Final = -(2**31)
+MAX_TIME: Final = 2**31 - 1
 MAX_NAMES: Final = 256
 """Actuators in one alias (assumed; a body has fewer than 150)."""
 MAX_NAME: Final = 256
@@ -24,7 +24,7 @@ MAX_NAME: Final = 256
 
 def wrapped(milliseconds: int) -> int:
     """A number of milliseconds as a signed 4-byte integer."""
-    return (milliseconds - LOWEST) % 2**32 + LOWEST
+    return (milliseconds - MIN_TIME) % 2**32 + MIN_TIME
 
 
 class Clock:
@@ -280,7 +280,7 @@ def _number(value: Any, where: str) -> float:
 
 
 def _time(value: Any, where: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not LOWEST <= value <= HIGHEST:
+    if isinstance(value, bool) or not isinstance(value, int) or not MIN_TIME <= value <= MAX_TIME:
         raise DcmRefused(f"{where} is {shown(value)}; a time in ms, a signed 4-byte integer, is expected.")
     return value
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, N_JOINTS
-from bridge.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
+from bridge.dcm.actuators import IGNORED_NAMES, Actuator, actuators, driven_joints, short
 from bridge.dcm.requests import (
     AliasRequest,
     Clock,
@@ -158,7 +158,7 @@ class Dcm:
         if request.alias not in self._aliases and len(self._aliases) >= MAX_ALIASES:
             raise DcmRefused(f"createAlias: there are {MAX_ALIASES} aliases already; reuse the name of one.")
         self._aliases[request.alias] = tuple(self._table.index.get(short(name)) for name in request.names)
-        known = self._table.index.keys() | IGNORED
+        known = self._table.index.keys() | IGNORED_NAMES
         return [request.alias, [name if short(name) in known else "" for name in request.names]]
 
     def names_of(self, name: str) -> tuple[str, ...]:
@@ -174,7 +174,7 @@ class Dcm:
             DcmRefused: unknown name, or a buffer would be too full; nothing is changed then.
         """
         name = short(request.name)
-        if name in IGNORED:
+        if name in IGNORED_NAMES:
             return
         index = self._table.index.get(name)
         targets = (index,) if index is not None else self._aliases.get(request.name)

@@ -25,12 +25,12 @@ from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.motion import motion_for
 from bridge.stance import legs_stiff, stands
 
-_WEAK: Final = 0.2
+_WEAK_STIFFNESS: Final = 0.2
 """A motion of a joint with less stiffness begins at its measured angle, not at its last command."""
 STAND_UP_HOLD: Final = 0.15
 """s for which a robot put on its feet is held, until its controller notices; short, because the controller
 continues meanwhile."""
-_DEFAULT: Final = GuardSettings()
+_DEFAULT_SETTINGS: Final = GuardSettings()
 _Request = tuple[Literal["crouch", "limp", "arm"], str, threading.Event]
 
 
@@ -45,7 +45,12 @@ class Guard:
     """
 
     def __init__(
-        self, body: Body, settings: GuardSettings = _DEFAULT, *, armed: bool = True, dry_run: bool = False
+        self,
+        body: Body,
+        settings: GuardSettings = _DEFAULT_SETTINGS,
+        *,
+        armed: bool = True,
+        dry_run: bool = False,
     ) -> None:
         self._body, self._s = body, settings
         self._motion = motion_for("sit-down", body) if settings.sit.enabled else None
@@ -211,9 +216,9 @@ class Guard:
         """
         self._handle_requests(frame)
         for text in self._supplies.update(frame):
-            self._log.say(frame.seq, "guard-warning", text)
+            self._log.add_notice(frame.seq, "guard-warning", text)
         if self._fall.update(frame) and not direct and self.state not in ("idle", "rest"):
-            self._go_limp(frame)
+            self._release_joints(frame)
         elif self._supplies.fault and self.state in ("approach", "active", "hold"):
             self._descend(frame, self._supplies.fault)
         if command is None:
@@ -224,7 +229,7 @@ class Guard:
             self._reply_to = command.reply_to
             if self._takes_commands:
                 return self._follow(frame, command, direct)
-        self._sit_down_in_time(frame)
+        self._sit_down_when_idle(frame)
         return self._advance_own_motion(frame)
 
     def accept_timed(self, seq: int) -> None:
@@ -271,7 +276,7 @@ class Guard:
                 self._log.enter(frame.seq, self.state, self.status.reason, f"The robot was armed{by}.")
             else:
                 self._revoke = True
-                self._log.say(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")
+                self._log.add_notice(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")
                 self._descend(frame, "stop", limp=request == "limp")
             done.set()
 
@@ -292,7 +297,7 @@ class Guard:
         if output.position is not None and output.stiffness is not None:
             self._stream.reset()
             self._guard_motion = CloseStance(output.position, output.stiffness, self._body.cycle)
-            self._log.say(seq, "guard-close", f"{why} The feet are brought side by side.")
+            self._log.add_notice(seq, "guard-close", f"{why} The feet are brought side by side.")
 
     def _descend(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
         """Crouch if the legs support the robot; otherwise release the joints."""
@@ -300,16 +305,16 @@ class Guard:
             self._close(frame.seq, "The robot was in a quick step.")
             self._log.enter(frame.seq, "crouch", reason)
         else:
-            self._log.enter(frame.seq, self._let_down(frame, limp=limp), reason)
+            self._log.enter(frame.seq, self._begin_descent(frame, limp=limp), reason)
 
-    def _let_down(self, frame: SensorFrame, *, limp: bool = False) -> State:
+    def _begin_descent(self, frame: SensorFrame, *, limp: bool = False) -> State:
         """Begin the descent from the present pose; the state during it."""
         settings = self._s.crouch
         if limp:
             settings = msgspec.structs.replace(settings, release_time=0.0)
         stiffness = self._output.stiffness or frame.stiffness
         standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
-        start = self._output.start(frame, _WEAK)
+        start = self._output.start(frame, _WEAK_STIFFNESS)
         moving = standing and legs_stiff(stiffness)
         self._guard_motion = Descent(
             start, stiffness, self._crouch, settings, self._body.cycle, moving=moving, standing=standing
@@ -317,7 +322,7 @@ class Guard:
         self._output.set_position(start)
         return "crouch" if moving else "rest"
 
-    def _sit_down_in_time(self, frame: SensorFrame) -> None:
+    def _sit_down_when_idle(self, frame: SensorFrame) -> None:
         """Sit down after an idle time in the crouch; after a stop stay there."""
         if self.state != "rest" or self.status.reason not in ("silence", "battery"):
             self._crouched = 0 if self.state == "crouch" else None
@@ -327,10 +332,10 @@ class Guard:
                 self._body, frame, self._s.stance
             ):
                 self._guard_motion = SitDown(self._motion, self._body, self._s.crouch)
-                self._output.set_position(self._output.start(frame, _WEAK))
+                self._output.set_position(self._output.start(frame, _WEAK_STIFFNESS))
                 self._log.enter(frame.seq, "sit", self.status.reason)
 
-    def _go_limp(self, frame: SensorFrame) -> None:
+    def _release_joints(self, frame: SensorFrame) -> None:
         self._guard_motion = None
         self._output.set_position(self._output.ranges.clip(frame.position))
         self._output.stiffness = (self._s.fall.stiffness,) * N_JOINTS
@@ -341,7 +346,7 @@ class Guard:
         """Put a command in force, from the robot's present pose."""
         output, approach = self._output, self._approach
         begins = self.state not in ("approach", "active") or command.lease != self._lease
-        start = output.start(frame, _WEAK if begins else 0.0)
+        start = output.start(frame, _WEAK_STIFFNESS if begins else 0.0)
         self._lease, self._guard_motion = command.lease, None
         if begins or direct:
             approach.clear()
@@ -351,9 +356,9 @@ class Guard:
             approach.begin(travel if begins else {slot: travel[slot] for slot in stiffened})
         output.set_position(command.position if direct else start)
         position = output.move_towards(command.position, approach.slots, self._s.approach.speed)
-        self._tell_approach(frame, begins)
+        self._report_approach(frame, begins)
         approach.advance(output.joint_travel(position, command))
-        self._tell_approach(frame)
+        self._report_approach(frame)
         output.stiffness = command.stiffness
         upright = tilt(frame) < self._s.fall.angle
         self._stream.update(position if upright else None)
@@ -361,7 +366,7 @@ class Guard:
             return command
         return msgspec.structs.replace(command, position=position)
 
-    def _tell_approach(self, frame: SensorFrame, begins: bool = False) -> None:
+    def _report_approach(self, frame: SensorFrame, begins: bool = False) -> None:
         """Enter the state `approach` or `active`, if it is new or `begins`."""
         state: State = "approach" if self._approach.slots else "active"
         if begins or state != self.state:
@@ -376,7 +381,7 @@ class Guard:
             if self._guard_motion.done:
                 closed, self._guard_motion = isinstance(self._guard_motion, CloseStance), None
                 if closed and self.state == "crouch":
-                    state = self._let_down(frame)
+                    state = self._begin_descent(frame)
                 else:
                     state = self.state if closed else "rest"
                 if state != self.state:

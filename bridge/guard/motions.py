@@ -19,14 +19,14 @@ from bridge.guard.config import ApproachSettings, CrouchSettings, WatchdogSettin
 from bridge.messages import SensorFrame
 from bridge.motion import Motion, MotionPlayer
 
-_PEAK: Final = 1.875
+_PEAK_SPEED_RATIO: Final = 1.875
 """Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
 _MIN_DURATION: Final = 0.5
 """s"""
 _LEGS: Final = frozenset(slot for slots in LEG_SLOTS.values() for slot in slots)
-_DURATION_FACTOR: Final = 1.5
+_APPROACH_TIME_FACTOR: Final = 1.5
 """Longest approach over the duration of the motion to the first command, for a command that keeps moving."""
-_SHORTEST: Final = 0.5
+_MIN_APPROACH_TIME: Final = 0.5
 """s that an approach may always take."""
 _MIRRORED: Final = tuple(
     (INDEX[f"L{joint}"], INDEX[f"R{joint}"], sign)
@@ -40,13 +40,13 @@ _MIRRORED: Final = tuple(
 )
 """Slots of both legs' joints, and the sign of the right one's mirror image."""
 _LEG_SLOTS: Final = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
-_FAST: Final = 8.0
+_QUICK_STEP_SPEED: Final = 8.0
 """rad/s of a leg's joint in a step that a robot cannot interrupt (docs/guard.md)."""
-_RECENT: Final = 50
+_RECENT_CYCLES: Final = 50
 """Cycles of commands within which a fast one counts: two steps of `omni`."""
-_DENSE: Final = 10
+_MIN_STREAM_EXCESS: Final = 10
 """Excess of cycles with a command over those without that makes a stream (assumed)."""
-DURATION: Final = 0.15
+CLOSE_DURATION: Final = 0.15
 """s; a robot tips over with a time constant of 0.16 s (omega = 6.1 /s)."""
 
 
@@ -124,7 +124,9 @@ class Descent:
         self._rest = np.minimum(self._stiffness, rest)
         way = float(np.abs(self._goal - self._start).max())
         self._duration = (
-            max(_PEAK * way / settings.speed, _MIN_DURATION) + settings.settle_time if moving else 0.0
+            max(_PEAK_SPEED_RATIO * way / settings.speed, _MIN_DURATION) + settings.settle_time
+            if moving
+            else 0.0
         )
         self._moving = self._duration - settings.settle_time
         self._release_time, self._cycle, self._time = settings.release_time, cycle, 0.0
@@ -211,7 +213,7 @@ class Approach:
         farthest = max(distances.values(), default=0.0)
         if farthest <= self._s.tolerance:
             return False
-        time = max(_DURATION_FACTOR * farthest / self._s.speed, _SHORTEST)
+        time = max(_APPROACH_TIME_FACTOR * farthest / self._s.speed, _MIN_APPROACH_TIME)
         self._left |= dict.fromkeys(distances, math.ceil(time / self._cycle))
         return True
 
@@ -245,7 +247,7 @@ class CommandStream:
     def reset(self) -> None:
         """Forget the commands."""
         self._last: Sequence[float] | None = None
-        self._count, self._slow = 0, _RECENT
+        self._count, self._slow = 0, _RECENT_CYCLES
 
     def update(self, position: Sequence[float] | None) -> None:
         """One cycle.
@@ -256,16 +258,16 @@ class CommandStream:
         if position is None:
             self._count = max(self._count - 1, 0)
             return
-        self._count = min(self._count + 1, 2 * _DENSE)
+        self._count = min(self._count + 1, 2 * _MIN_STREAM_EXCESS)
         last = self._last or position
         fastest = max(abs(position[slot] - last[slot]) for slot in _LEG_SLOTS) / self._cycle
-        self._slow = 0 if fastest > _FAST else self._slow + 1
+        self._slow = 0 if fastest > _QUICK_STEP_SPEED else self._slow + 1
         self._last = position
 
     @property
     def in_quick_step(self) -> bool:
         """The newest command is part of a quick step."""
-        return self._count >= _DENSE and self._slow < _RECENT
+        return self._count >= _MIN_STREAM_EXCESS and self._slow < _RECENT_CYCLES
 
 
 class CloseStance:
@@ -290,7 +292,7 @@ class CloseStance:
     def advance(self, _frame: SensorFrame) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Positions and stiffnesses of the next cycle."""
         self._time += self._cycle
-        s = min(self._time / DURATION, 1.0)
+        s = min(self._time / CLOSE_DURATION, 1.0)
         self.done = s >= 1.0
         position = self._start + s * s * (3.0 - 2.0 * s) * (self._goal - self._start)
         return tuple(position.tolist()), self._stiffness

@@ -13,7 +13,7 @@ from bridge.messages import Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.stance import StanceSettings, stands
 
-_REASONS: Final[dict[Reason, str]] = {
+_REASON_TEXTS: Final[dict[Reason, str]] = {
     "": "",
     "silence": " because its controller is silent",
     "stop": " after an emergency stop",
@@ -21,7 +21,7 @@ _REASONS: Final[dict[Reason, str]] = {
     "temperature": " because a motor is too hot",
     "battery": " because the battery is nearly empty",
 }
-_STATES: Final[dict[State, str]] = {
+_STATE_TEXTS: Final[dict[State, str]] = {
     "idle": "The joints are left alone until the first command",
     "approach": "The robot moves slowly to the pose of the first command",
     "active": "Commands are in force",
@@ -138,9 +138,9 @@ class StatusLog:
             event: first sentence of the text.
         """
         self.status = self._status(seq, state, reason, event)
-        self.say(seq, f"guard-{state}", self.status.text, "info" if reason == "" else "warning")
+        self.add_notice(seq, f"guard-{state}", self.status.text, "info" if reason == "" else "warning")
 
-    def say(self, seq: int, code: str, text: str, level: str = "warning") -> None:
+    def add_notice(self, seq: int, code: str, text: str, level: str = "warning") -> None:
         """Add a notice; the arguments are its fields."""
         self._notices.append(Notice(seq=seq, level=level, code=code, text=text))
 
@@ -150,7 +150,7 @@ class StatusLog:
         return notices
 
     def _status(self, seq: int, state: State, reason: Reason, event: str) -> GuardStatus:
-        sentence = _STATES[state] + _REASONS[reason]
+        sentence = _STATE_TEXTS[state] + _REASON_TEXTS[reason]
         sentence += "." if self.armed else "; it is not armed and takes no command before `nao-hil arm`."
         return GuardStatus(
             seq=seq,

@@ -19,19 +19,19 @@ ROLES: Final = ("robot", "controller", "listener", "world")
 CA: Final = "ca.pem"
 CERTIFICATE: Final = "certificate.pem"
 PRIVATE_KEY: Final = "key.pem"
-MARK: Final = "#keys="
-OPEN: Final = "#open"
+KEYS_MARK: Final = "#keys="
+OPEN_MARK: Final = "#open"
 """Ends a robot's endpoint beyond loopback that anyone may use."""
 
-_FOREIGN: Final = "it is of another authority; take all folders from one `nao-hil keys DIR`"
-_IN_WORDS: Final = {
-    "unable to get local issuer certificate": _FOREIGN,
-    "self-signed certificate in certificate chain": _FOREIGN,
+_FOREIGN_AUTHORITY: Final = "it is of another authority; take all folders from one `nao-hil keys DIR`"
+_CAUSES: Final = {
+    "unable to get local issuer certificate": _FOREIGN_AUTHORITY,
+    "self-signed certificate in certificate chain": _FOREIGN_AUTHORITY,
     "certificate has expired": "it has expired; `nao-hil keys DIR --renew` makes a new one",
     "unsuitable certificate purpose": "it is made for another role",
 }
 """OpenSSL's messages, with their causes."""
-_MAKE: Final = "`nao-hil keys DIR` makes them"
+_REMEDY: Final = "`nao-hil keys DIR` makes them"
 _HANDSHAKE_TIMEOUT: Final = 1.0
 """s for a handshake that finds the reason of a failed one."""
 
@@ -47,7 +47,7 @@ class Certificates(NamedTuple):
 
 def split_endpoint(endpoint: str) -> tuple[str, Path | None]:
     """Locator and folder of certificates of an endpoint."""
-    locator, mark, folder = endpoint.removesuffix(OPEN).partition(MARK)
+    locator, mark, folder = endpoint.removesuffix(OPEN_MARK).partition(KEYS_MARK)
     return locator, Path(folder) if mark else None
 
 
@@ -59,9 +59,9 @@ def with_keys(endpoint: str, folder: Path | None) -> str:
     """
     if folder is None:
         return endpoint
-    if MARK in endpoint:
+    if KEYS_MARK in endpoint:
         raise ConfigurationError(f"Endpoint {endpoint!r} names its keys already; leave --keys out.")
-    return f"{endpoint}{MARK}{folder}"
+    return f"{endpoint}{KEYS_MARK}{folder}"
 
 
 def load_certificates(folder: Path, role: str) -> Certificates:
@@ -77,10 +77,10 @@ def load_certificates(folder: Path, role: str) -> Certificates:
     own = folder / role if (folder / role).is_dir() else folder
     paths = [own / name for name in (CA, CERTIFICATE, PRIVATE_KEY)]
     if not folder.is_dir():
-        raise ConfigurationError(f"There is no folder {folder} of certificates; {_MAKE}.")
+        raise ConfigurationError(f"There is no folder {folder} of certificates; {_REMEDY}.")
     for path in paths:
         if not path.is_file():
-            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_MAKE}.")
+            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_REMEDY}.")
     certificates = Certificates(role, *paths)
     found = _verified_role(certificates)
     if found != role and not (role == "listener" and found in ROLES and found != "robot"):
@@ -108,7 +108,9 @@ def _verified_role(files: Certificates) -> str:
     try:
         checks.load_verify_locations(files.ca)
     except (ssl.SSLError, OSError, UnicodeError):
-        raise ConfigurationError(f"{files.ca} cannot be read as a certificate in PEM form; {_MAKE}.") from None
+        raise ConfigurationError(
+            f"{files.ca} cannot be read as a certificate in PEM form; {_REMEDY}."
+        ) from None
     checks.verify_mode = ssl.CERT_REQUIRED
     for context in (client, server):
         _load_chain(context, files)
@@ -116,11 +118,11 @@ def _verified_role(files: Certificates) -> str:
         return _common_name(_handshake(client, server, by_server=checks is server))
     except ssl.SSLCertVerificationError as error:
         raise ConfigurationError(
-            f"{files.certificate} is refused for the role {files.role}: {_why(error)}."
+            f"{files.certificate} is refused for the role {files.role}: {_cause(error)}."
         ) from None
     except ssl.SSLError as error:
         raise ConfigurationError(
-            f"{files.certificate} cannot be used: {error.reason or error}; {_MAKE}."
+            f"{files.certificate} cannot be used: {error.reason or error}; {_REMEDY}."
         ) from None
 
 
@@ -132,7 +134,7 @@ def _load_chain(context: ssl.SSLContext, files: Certificates) -> None:
             sentence = f"{files.private_key} is not the key of {files.certificate}"
         else:
             sentence = f"{files.certificate} or {files.private_key} cannot be read in PEM form"
-        raise ConfigurationError(f"{sentence}; {_MAKE}.") from None
+        raise ConfigurationError(f"{sentence}; {_REMEDY}.") from None
     except OSError as error:
         raise ConfigurationError(f"{files.private_key} cannot be read: {error.strerror}.") from None
 
@@ -152,8 +154,8 @@ def _handshake(client: ssl.SSLContext, server: ssl.SSLContext, *, by_server: boo
     return dict(sides[by_server].getpeercert() or {})
 
 
-def _why(error: ssl.SSLCertVerificationError) -> str:
-    return _IN_WORDS.get(error.verify_message, error.verify_message.rstrip("."))
+def _cause(error: ssl.SSLCertVerificationError) -> str:
+    return _CAUSES.get(error.verify_message, error.verify_message.rstrip("."))
 
 
 def _common_name(certificate: dict[str, Any]) -> str:
@@ -184,7 +186,7 @@ def check_peer(locator: str, files: Certificates) -> None:
             link.settimeout(_HANDSHAKE_TIMEOUT)
             link.recv(1)  # in TLS 1.3 the server judges the client after the handshake
     except ssl.SSLCertVerificationError as error:
-        why = _why(error)
+        why = _cause(error)
         if "mismatch" in why.lower():
             renew = f"`nao-hil keys DIR --role robot --renew --host {host}`"
             why = f"its certificate is not made for {host}; {renew} makes one that is"

@@ -59,9 +59,9 @@ class Client(Closing):
         self._session.close()
 
 
-_TIMEOUT: Final = 2.0
+_ANSWER_TIMEOUT: Final = 2.0
 """s to wait for an answer."""
-_RETRY: Final = 0.05
+_RETRY_INTERVAL: Final = 0.05
 """s between two attempts."""
 
 
@@ -97,14 +97,14 @@ class GuardClient(Client):
 
     def _query(self, suffix: str, payload: bytes, kind: type[M]) -> M:
         """Ask until an answer comes: a robot that has just begun serves its keys one after the other."""
-        deadline = time.monotonic() + _TIMEOUT
+        deadline = time.monotonic() + _ANSWER_TIMEOUT
         while time.monotonic() < deadline:
-            reply = self._ask(suffix, payload, _TIMEOUT, LinkError)
+            reply = self._ask(suffix, payload, _ANSWER_TIMEOUT, LinkError)
             if reply is not None:
                 return decode(reply, kind)
             if others := self._other_robots():
                 raise RobotSilent(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
-            time.sleep(_RETRY)
+            time.sleep(_RETRY_INTERVAL)
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")
 
 

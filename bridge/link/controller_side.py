@@ -33,8 +33,8 @@ from bridge.messages import (
 from bridge.messages.walk import UpperBody
 from bridge.types import Closing
 
-_QUEUE: Final = 64
-_QUERY: Final = 1.0
+_QUEUE_SIZE: Final = 64
+_QUERY_TIMEOUT: Final = 1.0
 """s a query may take."""
 _RETRY_INTERVAL: Final = 0.05
 """s between two attempts to find the robot."""
@@ -74,8 +74,8 @@ class ControllerLink(Closing):
         """The robot may have granted the lease."""
         self._ticket = secrets.randbits(63)
         self._alive = threading.Event()
-        self._sensors: Mailbox[bytes] = Mailbox(_QUEUE)
-        self._notices: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._sensors: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
+        self._notices: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
         self._upper: Mailbox[bytes] = Mailbox(1)
         self._session: zenoh.Session | None = None
         self._served: dict[str, Callable[[bytes], bytes]] = {}
@@ -219,7 +219,7 @@ class ControllerLink(Closing):
     def _get(self, suffix: str, payload: bytes) -> bytes | None:
         if self._session is None:
             return None
-        return ask(self._session, self._key(suffix), payload, _QUERY, LinkError)
+        return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError)
 
     def next(self, timeout: float) -> SensorFrame | None:
         """The next sensor frame in order; None after `timeout` s or without the robot.

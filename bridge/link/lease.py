@@ -2,8 +2,9 @@
 
 A lease is granted by name and ticket (a random number of the controller's start, also in its liveliness token),
 so two controllers of the same name are still two. It ends when it is given back, when the holder's liveliness
-token disappears, when another asks and the holder has been silent for `SILENCE`, or when the guard withdraws
-it. A holder whose token disappeared gets the same lease back if no other controller has held the robot since.
+token disappears, when another asks after `SILENCE_LIMIT` without a frame of the holder, or when the guard
+withdraws it. A holder whose token disappeared gets the same lease back if no other controller has held the
+robot since.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Final
 
 from bridge.messages import LeaseReply
 
-SILENCE: Final = 3.0
+SILENCE_LIMIT: Final = 3.0
 """s of wall clock without a frame of the holder, after which another controller may take over."""
 
 
@@ -43,7 +44,7 @@ class LeaseBook:
         self._holder: Holder | None = None
         self._lost: Holder | None = None
         """The last holder, after its session broke off and before the next lease."""
-        self._heard = 0.0
+        self._last_sign = 0.0
         self.abandoned = False
         """The last lease ended without a release: the holder died, or the lease was withdrawn."""
 
@@ -64,13 +65,13 @@ class LeaseBook:
         with self._lock:
             holder = self._holder
             if holder is not None and holder.ticket == ticket:
-                self._heard = now
+                self._last_sign = now
                 return self._reply(True, f"`{name}` holds the robot.")
-            if holder is not None and now - self._heard <= SILENCE:
+            if holder is not None and now - self._last_sign <= SILENCE_LIMIT:
                 return self._reply(
                     False,
                     f"The robot is held by controller `{holder.name}`; stop that one first, or wait until it "
-                    f"has been silent for {SILENCE:g} s.",
+                    f"has been silent for {SILENCE_LIMIT:g} s.",
                 )
             if self._lost is not None and self._lost.ticket == ticket:
                 self._holder = self._lost  # its session broke off: the same lease, so that its walk continues
@@ -79,7 +80,7 @@ class LeaseBook:
                 self._holder = Holder(name, ticket, self._last, direct)
             self._lost = None
             self.abandoned = False
-            self._heard = now
+            self._last_sign = now
             return self._reply(True, f"`{name}` holds the robot.")
 
     def release(self, ticket: int) -> LeaseReply:
@@ -124,7 +125,7 @@ class LeaseBook:
         with self._lock:
             if self._holder is None or self._holder.lease != lease:
                 return False
-            self._heard = now
+            self._last_sign = now
             return True
 
     def _reply(self, granted: bool, message: str) -> LeaseReply:

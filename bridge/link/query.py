@@ -34,7 +34,7 @@ class RateLimit:
         return True
 
 
-RATE: Final = 1000.0
+QUERY_RATE: Final = 1000.0
 """1/s; queries of one key answered in the long run, and at once."""
 
 logger = logging.getLogger(__name__)
@@ -51,14 +51,14 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
     Returns:
         The queryable; keep it for as long as queries are to be answered.
     """
-    limit = RateLimit(RATE, int(RATE))
+    limit = RateLimit(QUERY_RATE, int(QUERY_RATE))
 
     def on_query(query: zenoh.Query) -> None:
         """Answer one query, or refuse it in one sentence."""
         with query:
             if not limit.admits(time.monotonic()):
                 query.reply_err(
-                    f"Queries of `{key}` come faster than {RATE:g} per second; ask less often.".encode()
+                    f"Queries of `{key}` come faster than {QUERY_RATE:g} per second; ask less often.".encode()
                 )
                 return
             try:

@@ -36,10 +36,10 @@ from bridge.messages import (
 from bridge.messages.guard import GuardStatus
 from bridge.types import Closing
 
-_QUEUE: Final = 64
-RATE: Final = 5000.0
+_QUEUE_SIZE: Final = 64
+COMMAND_RATE: Final = 5000.0
 """1/s; actuator frames taken in the long run, several times the rate of lockstep."""
-BURST: Final = 1000
+COMMAND_BURST: Final = 1000
 """Actuator frames taken at once, after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published once per interval."""
@@ -63,9 +63,9 @@ class RobotLink(Closing):
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
         self._refused = 0
-        self._rate = RateLimit(RATE, BURST)
+        self._rate = RateLimit(COMMAND_RATE, COMMAND_BURST)
         self._seq = 0
-        self._noticed: dict[str, float] = {}
+        self._notice_times: dict[str, float] = {}
         self._complaints: dict[str, str] = {}
         self._lock = threading.Lock()
         self._alive: zenoh.LivelinessToken | None = None
@@ -84,8 +84,8 @@ class RobotLink(Closing):
         self._truth = session.declare_publisher(key(keys.TRUTH))
         self._notices = session.declare_publisher(key(keys.NOTICES))
         self._status = session.declare_publisher(key(keys.GUARD))
-        self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE)
-        self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE_SIZE)
+        self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
         self._leds: Mailbox[bytes] = Mailbox(1)
         self._subscribers = [
             subscribe(session, key(keys.ACTUATORS), self._on_actuators),
@@ -166,9 +166,9 @@ class RobotLink(Closing):
         """Publish a warning of one sentence; one of each code per `NOTICE_INTERVAL`."""
         now = time.monotonic()
         with self._lock:
-            if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
+            if now - self._notice_times.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
                 return
-            self._noticed[code] = now
+            self._notice_times[code] = now
         self.publish_notice(Notice(seq=self._seq, level="warning", code=code, text=text))
 
     def publish_notice(self, notice: Notice) -> None:
@@ -211,7 +211,9 @@ class RobotLink(Closing):
 
     def _on_actuators(self, payload: bytes) -> None:
         if not self._rate.admits(time.monotonic()):
-            self.refuse("flood", f"Actuator frames come faster than {RATE:g} per second; the rest is dropped.")
+            self.refuse(
+                "flood", f"Actuator frames come faster than {COMMAND_RATE:g} per second; the rest is dropped."
+            )
             return
         try:
             frame = decode(payload, ActuatorFrame)

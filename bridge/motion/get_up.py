@@ -19,21 +19,21 @@ from bridge.types import Array
 
 GET_UP: Final = "get-up"
 """In place of a motion's name: the one for the lying side, repeated until the robot stands."""
-TRIES: Final = 5
+MAX_TRIES: Final = 5
 """Tries, after which the robot keeps lying."""
-LIMP: Final = 0.1
+LIMP_STIFFNESS: Final = 0.1
 """Stiffness between two tries."""
-STIFF: Final = 0.5
+TRY_STIFFNESS: Final = 0.5
 """Stiffness commanded before a try; the robot has it once its guard takes commands."""
-_QUIET: Final = 0.3
+_MAX_QUIET_RATE: Final = 0.3
 """rad/s; a torso that turns more slowly in all axes lies still."""
 _QUIET_TIME: Final = 0.1
 """s for which it has to lie still."""
-_LONGEST_WAIT: Final = 2.0
+_MAX_WAIT: Final = 2.0
 """s after which a try begins however the torso moves."""
-_UPRIGHT: Final = 0.35
+_MAX_UPRIGHT_TILT: Final = 0.35
 """rad from the vertical; a torso that leans by more rests on more than the feet."""
-_BLOCKED: Final = 0.5
+_BLOCKED_ERROR: Final = 0.5
 """rad by which a blocked joint of an arm is behind its angle."""
 _BLOCKED_TIME: Final = 1.0
 """s for which it has to be behind; 0.54 s at most in successful tries, up to 4.3 s in others. Legs that hook
@@ -69,8 +69,8 @@ class GetUp:
         tries: at most.
     """
 
-    def __init__(self, motions: Mapping[Lying, Motion], body: Body, tries: int = TRIES) -> None:
-        self._motions, self._body, self._most = motions, body, tries
+    def __init__(self, motions: Mapping[Lying, Motion], body: Body, tries: int = MAX_TRIES) -> None:
+        self._motions, self._body, self._max_tries = motions, body, tries
         self._player: MotionPlayer | None = None
         self.position: tuple[float, ...] = (0.0,) * N_JOINTS
         """Angles of the last cycle, 25 in frame order, rad."""
@@ -81,7 +81,7 @@ class GetUp:
             self._watched[list(slots)] = False
         self.began: list[Lying] = []
         """Lying side at the beginning of each try."""
-        self.stiffness = LIMP
+        self.stiffness = LIMP_STIFFNESS
         """Of all joints now."""
         self.done = False
         """The robot stands, or the tries are used up."""
@@ -98,7 +98,7 @@ class GetUp:
         if self._player is not None and (self._player.done or _limp(frame) or self._blocked(frame, dt)):
             self._end_try(frame)
         if self._player is None and not self.done and self._lies_still(frame, dt):
-            self.position, self.stiffness = frame.position, STIFF
+            self.position, self.stiffness = frame.position, TRY_STIFFNESS
             if not _limp(frame):
                 self._begin_try(frame)
         if self._player is not None:
@@ -107,7 +107,7 @@ class GetUp:
         return self.position
 
     def _blocked(self, frame: SensorFrame, dt: float) -> bool:
-        behind = np.abs(np.subtract(self.position, frame.position)) > _BLOCKED
+        behind = np.abs(np.subtract(self.position, frame.position)) > _BLOCKED_ERROR
         self._behind = np.where(behind & self._watched, self._behind + dt, 0.0)
         blocked = self._behind > _BLOCKED_TIME
         self._watched &= ~blocked
@@ -115,10 +115,10 @@ class GetUp:
 
     def _lies_still(self, frame: SensorFrame, dt: float) -> bool:
         if self._waited == 0.0:
-            self.position, self.stiffness = frame.position, LIMP
+            self.position, self.stiffness = frame.position, LIMP_STIFFNESS
         self._waited += dt
-        self._quiet = self._quiet + dt if np.abs(frame.gyroscope).max() < _QUIET else 0.0
-        return self._quiet >= _QUIET_TIME or self._waited >= _LONGEST_WAIT
+        self._quiet = self._quiet + dt if np.abs(frame.gyroscope).max() < _MAX_QUIET_RATE else 0.0
+        return self._quiet >= _QUIET_TIME or self._waited >= _MAX_WAIT
 
     def _begin_try(self, frame: SensorFrame) -> None:
         self._quiet = self._waited = 0.0
@@ -127,7 +127,7 @@ class GetUp:
             return
         below = lying(frame.angle)
         motion = self._motions.get(below)
-        if motion is None or len(self.began) >= self._most:
+        if motion is None or len(self.began) >= self._max_tries:
             self.done = self.failed = True
             return
         self.began.append(below)
@@ -140,9 +140,9 @@ class GetUp:
         self._player = None
 
     def _stands(self, frame: SensorFrame) -> bool:
-        return math.hypot(*frame.angle) < _UPRIGHT and stands(self._body, frame)
+        return math.hypot(*frame.angle) < _MAX_UPRIGHT_TILT and stands(self._body, frame)
 
 
 def _limp(frame: SensorFrame) -> bool:
     """Whether the legs have no stiffness."""
-    return max(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) < 2.0 * LIMP
+    return max(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) < 2.0 * LIMP_STIFFNESS

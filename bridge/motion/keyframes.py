@@ -24,11 +24,11 @@ from bridge.validation import Invalid, convert, unknown_name
 Lying = Literal["back", "front", "left", "right", "upright"]
 """Side on which the robot lies: back, front, left or right; `upright`: it stands or sits."""
 _FOLDER: Final = Path(__file__).parent
-_MIDLINE: Final = ("HeadPitch", "LHipYawPitch")
+_MIDLINE_JOINTS: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
-_COLUMNS: Final = ("duration_s", "stiffness")
+_TABLE_COLUMNS: Final = ("duration_s", "stiffness")
 """Of a table, in addition to the joints' columns."""
-_FASTEST: Final = 1.5708
+_APPROACH_SPEED: Final = 1.5708
 """rad/s; speed of the approach to the first frame, NaoTH's."""
 
 
@@ -87,7 +87,7 @@ class Motion(_Table, frozen=True, kw_only=True):
     """On which the motion works; empty: unknown."""
     gets_up: bool = False
     """A motion for getting up after a fall."""
-    approach_speed: Positive = _FASTEST
+    approach_speed: Positive = _APPROACH_SPEED
     """Of the fastest joint on the way to the first frame, rad/s."""
     ankle_gyroscope: float = 0.0
     """rad of both AnklePitch per rad/s of the low-passed gyroscope about y."""
@@ -194,7 +194,7 @@ def read_csv(path: Path) -> Motion:
         ) from None
     except ValueError:
         raise ConfigurationError(f"{path}: not a text in UTF-8; give a CSV file") from None
-    for needed in _COLUMNS:
+    for needed in _TABLE_COLUMNS:
         if needed not in columns:
             raise ConfigurationError(f"{path}: no column {needed}; columns are separated by commas")
     for column in columns:  # others may be notes
@@ -269,12 +269,12 @@ def _played(phase: Phase) -> list[tuple[bool, Frame]]:
 
 def _mirror(joint: str) -> str:
     """The joint on the other side."""
-    if joint in _MIDLINE or joint[0] not in "LR":
+    if joint in _MIDLINE_JOINTS or joint[0] not in "LR":
         return joint
     return ("R" if joint[0] == "L" else "L") + joint[1:]
 
 
 def _sign(joint: str) -> float:
     """Of the angle in a mirror: yaw and roll turn round, pitch stays."""
-    turns = joint.endswith(("Roll", "Yaw")) and joint not in _MIDLINE
+    turns = joint.endswith(("Roll", "Yaw")) and joint not in _MIDLINE_JOINTS
     return -1.0 if turns else 1.0

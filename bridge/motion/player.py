@@ -10,10 +10,10 @@ from bridge.body.joints import INDEX, N_JOINTS
 from bridge.messages import SensorFrame
 from bridge.motion.keyframes import Gate, KeyFrameTarget, Lying, Motion, targets
 
-_FILTER: Final = 0.3
+_GYROSCOPE_WEIGHT: Final = 0.3
 """Weight of the newest gyroscope sample in a cycle (Dutch Nao Team's)."""
-_STEEP: Final = math.cos(math.radians(45.0))
-SETTLE: Final = 0.3
+_MIN_UPRIGHT_COSINE: Final = math.cos(math.radians(45.0))
+SETTLE_TIME: Final = 0.3
 """s at the last frame before the end of the motion."""
 
 
@@ -26,7 +26,7 @@ def lying(angle: tuple[float, float]) -> Lying:
     roll, pitch = angle
     # the direction of the sky in the torso
     x, y, z = -math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll)
-    if z > _STEEP:
+    if z > _MIN_UPRIGHT_COSINE:
         return "upright"
     if abs(x) >= abs(y):
         return "back" if x > 0.0 else "front"
@@ -64,7 +64,7 @@ class MotionPlayer:
             frame: newest sensor frame.
             dt: time since the last one, s.
         """
-        self._gyroscope += _FILTER * (frame.gyroscope[1] - self._gyroscope)
+        self._gyroscope += _GYROSCOPE_WEIGHT * (frame.gyroscope[1] - self._gyroscope)
         if self._from is None:
             self._from, dt = frame.position, 0.0
         self._time += dt
@@ -105,7 +105,7 @@ class MotionPlayer:
             self._from, self._time = target.position, self._time - duration
             self._number += 1
         else:
-            self.done = self._time >= duration + SETTLE
+            self.done = self._time >= duration + SETTLE_TIME
 
 
 def _open(gate: Gate, frame: SensorFrame) -> bool:

@@ -20,7 +20,7 @@ from bridge.errors import ConfigurationError, LinkError
 from bridge.recording.canonical import LEFT_OUT, TOPICS, Recordable, canonical_json
 from bridge.recording.foxglove import SHOWN, Shown
 
-_PLAIN: dict[type[mi.Type], str] = {
+_JSON_TYPES: dict[type[mi.Type], str] = {
     mi.BoolType: "boolean",
     mi.IntType: "integer",
     mi.FloatType: "number",
@@ -28,7 +28,7 @@ _PLAIN: dict[type[mi.Type], str] = {
 }
 METADATA: Final = "run"
 """Name of the metadata record that holds the run's configuration."""
-_CHUNK: Final = 250_000_000
+_CHUNK_TIME: Final = 250_000_000
 """Robot time in a compressed chunk, ns: as much as a killed process loses.
 
 The cycle that ends a chunk compresses it: 0.7 ms, and 2 ms if it were a second's. The library keeps some 700
@@ -76,7 +76,7 @@ def _schema(info: mi.Type) -> dict[str, Any]:
             key: bound for key, bound in bounds.items() if bound is not None
         }
     try:
-        return {"type": _PLAIN[type(info)]}
+        return {"type": _JSON_TYPES[type(info)]}
     except KeyError:
         raise TypeError(f"{info} has no plain JSON schema") from None
 
@@ -148,7 +148,7 @@ class McapFile:
             self._writer.add_message(
                 self._channels[kind], log_time=time, data=data, publish_time=time, sequence=self._sequence[kind]
             )
-            if not 0 <= time - self._chunk_began < _CHUNK:
+            if not 0 <= time - self._chunk_began < _CHUNK_TIME:
                 self._writer.flush()
                 self._chunk_began = time
         except OSError as error:

@@ -50,10 +50,10 @@ def log_notice(logger: logging.Logger, notice: Notice) -> None:
     if notice.code == SERVER:
         return
     level = logging.DEBUG if notice.code == "clipped" else _LEVELS.get(notice.level, logging.WARNING)
-    logger.log(level, _SAYS, notice.text)
+    logger.log(level, _NOTICE_FORMAT, notice.text)
 
 
-_SAYS: Final = "the robot says: %s"
+_NOTICE_FORMAT: Final = "the robot says: %s"
 
 
 class NoticeHandler(logging.Handler):
@@ -69,5 +69,5 @@ class NoticeHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish a warning that is not itself a notice."""
-        if record.msg != _SAYS:
+        if record.msg != _NOTICE_FORMAT:
             self._publish(Notice(seq=0, level="warning", code=SERVER, text=record.getMessage()))

@@ -65,7 +65,7 @@ def motion(
         return _on_link(name, name_on_link, connect)
     # imported late: help and completion need neither physics nor SciPy
     from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion, lying
-    from bridge.motion.get_up import TRIES
+    from bridge.motion.get_up import MAX_TRIES
     from nao_hil.runs.build import build_robot
     from nao_hil.runs.motion import BEGINS, play
 
@@ -83,7 +83,7 @@ def motion(
             motions = get_up_motions(body.body)
             if "back" not in motions:  # where the other ones lead to, or begin
                 raise ConfigurationError(f"{body.body.name} has no motion to get up from its back.")
-            player: GetUp | MotionPlayer = GetUp(motions, body.body, tries or TRIES)
+            player: GetUp | MotionPlayer = GetUp(motions, body.body, tries or MAX_TRIES)
         else:
             below = lying(body.frame.angle)
             if below not in wanted.begins:

@@ -22,19 +22,19 @@ from bridge.host import RobotHost
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.types import Closing
 
-SILENCE: Final = 1.0
+PACKET_TIMEOUT: Final = 1.0
 """s without a packet after which the connection to LoLA ends."""
-_CONNECT: Final = 1.0
+_CONNECT_TIMEOUT: Final = 1.0
 """s an attempt to connect may take."""
-_SEND: Final = 0.2
+_SEND_TIMEOUT: Final = 0.2
 """s a command may take, after which the connection ends."""
-_READ: Final = 65536
+_READ_SIZE: Final = 65536
 logger = logging.getLogger(__name__)
-_ANSWER: Final = 0.008
+_ANSWER_TIMEOUT: Final = 0.008
 """s of the 12 ms cycle in which the bridge waits for the controller's answer to a packet."""
-_RESEND: Final = 0.2
+_RESEND_INTERVAL: Final = 0.2
 """s after which a frame without an answer is repeated in lockstep."""
-_CHECK_STOP: Final = 0.1
+_STOP_INTERVAL: Final = 0.1
 """s between two checks of the stop event."""
 _BODIES: Final = {"6": "nao-v6"}
 """Data sheet by the first part of `Body/Version`; LoLA runs on V6 only."""
@@ -58,13 +58,13 @@ class LolaDevice(Closing):
         OSError: no listener there.
     """
 
-    def __init__(self, address: Address, silence: float = SILENCE) -> None:
+    def __init__(self, address: Address, silence: float = PACKET_TIMEOUT) -> None:
         self.address, self._silence = address, silence
-        self._peer = connect(address, _CONNECT)
-        self._peer.settimeout(_SEND)
+        self._peer = connect(address, _CONNECT_TIMEOUT)
+        self._peer.settimeout(_SEND_TIMEOUT)
         self._stream = MapStream(SENSORS)
-        self._heard = time.monotonic()
-        self._spoken = False
+        self._last_received = time.monotonic()
+        self._has_received = False
 
     def packets(self, timeout: float) -> Packets | None:
         """The received packets, waiting up to `timeout` s for the first; None: none.
@@ -78,10 +78,10 @@ class LolaDevice(Closing):
             if select.select([self._peer], [], [], left)[0]:
                 maps = self._stream.feed(self._received())
                 if maps:
-                    self._heard, self._spoken = time.monotonic(), True
+                    self._last_received, self._has_received = time.monotonic(), True
                     return Packets(maps[-1], len(maps))
-            elif time.monotonic() - self._heard > self._silence:
-                end = "." if self._spoken else "; is another client connected?"
+            elif time.monotonic() - self._last_received > self._silence:
+                end = "." if self._has_received else "; is another client connected?"
                 raise LinkError(f"LoLA at {self.address} has been silent for {self._silence:g} s{end}")
             else:
                 return None
@@ -104,7 +104,7 @@ class LolaDevice(Closing):
 
     def _received(self) -> bytes:
         try:
-            data = self._peer.recv(_READ)
+            data = self._peer.recv(_READ_SIZE)
         except OSError as error:
             raise self._ended(error) from None
         if not data:
@@ -161,7 +161,7 @@ class LolaBridge:
         logger.info("waiting for LoLA at %s", self._address)
         while not self._stop.is_set():
             try:
-                device = LolaDevice(self._address, math.inf if self._lockstep else SILENCE)
+                device = LolaDevice(self._address, math.inf if self._lockstep else PACKET_TIMEOUT)
             except OSError as error:
                 self._retry.wait(f"No LoLA answers at {self._address} ({error.strerror or error}).")
                 continue
@@ -195,7 +195,7 @@ class LolaBridge:
         """The first packets, which name the robot; None after a stop."""
         packets = None
         while packets is None and not self._stop.is_set():
-            packets = device.packets(_CHECK_STOP)
+            packets = device.packets(_STOP_INTERVAL)
         return packets
 
     def _body(self, identity: Identity) -> Body:
@@ -210,13 +210,13 @@ class LolaBridge:
     def _in_real_time(self, device: LolaDevice, host: RobotHost) -> None:
         seq = -1
         while not host.should_end(self._stop):
-            packets = device.packets(_CHECK_STOP)
+            packets = device.packets(_STOP_INTERVAL)
             if packets is None:
                 continue
             seq += packets.number
             frame = self._frame(packets, seq)
             if frame is not None:
-                self._send(device, host.exchange(frame, wait=_ANSWER))
+                self._send(device, host.exchange(frame, wait=_ANSWER_TIMEOUT))
 
     def _in_lockstep(self, device: LolaDevice, host: RobotHost, first: Packets) -> None:
         seq = -1
@@ -224,7 +224,7 @@ class LolaBridge:
         frame: SensorFrame | None = None
         last: ActuatorFrame | None = None
         while not host.should_end(self._stop):
-            packets = packets or device.packets(_CHECK_STOP if frame is None else 0.0)
+            packets = packets or device.packets(_STOP_INTERVAL if frame is None else 0.0)
             if packets is not None:
                 seq += packets.number
                 frame, packets = self._frame(packets, seq), None
@@ -242,7 +242,7 @@ class LolaBridge:
 
     def _answer(self, host: RobotHost, frame: SensorFrame) -> ActuatorFrame | None:
         """The controller's answer to a frame; None: none yet, and the frame is repeated."""
-        command = host.link.wait_command(_RESEND)
+        command = host.link.wait_command(_RESEND_INTERVAL)
         if command is None:
             host.link.publish_sensors(frame)
         elif command.reply_to >= frame.seq:  # an older one answers a repeated frame

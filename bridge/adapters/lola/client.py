@@ -17,7 +17,7 @@ from bridge.validation import unknown_name
 
 JOINT_KEYS = ("Position", "Stiffness")
 logger = logging.getLogger(__name__)
-_READ: Final = 65536
+_READ_SIZE: Final = 65536
 
 
 class MapError(NamedTuple):
@@ -106,7 +106,7 @@ class LolaClient:
         peer.setblocking(False)
         send_at_once(peer)
         self._peer = peer
-        self._proven = peer.family == socket.AF_UNIX
+        self._speaks_lola = peer.family == socket.AF_UNIX
         """It speaks LoLA. A web browser reaches TCP ports too; its requests begin with an HTTP method."""
         self._stream = MapStream(ACTUATORS)
         self._warned: set[str] = set()
@@ -153,17 +153,17 @@ class LolaClient:
             ClientGone: it closed its end.
         """
         try:
-            data = self._peer.recv(_READ)
+            data = self._peer.recv(_READ_SIZE)
         except BlockingIOError:
             return []
         except OSError:
             raise ClientGone from None
         if not data:
             raise ClientGone
-        if not self._proven and not is_map_head(data[0]):
+        if not self._speaks_lola and not is_map_head(data[0]):
             logger.warning("a client over TCP does not begin with a map; its connection is closed")
             raise ClientGone
-        self._proven = True
+        self._speaks_lola = True
         if self.stalled:
             return []
         before = self.dropped

@@ -34,9 +34,9 @@ GYROSCOPE_STEP: Final = math.radians(500.0) / 32768.0
 ACCELEROMETER_STEP: Final = 9.81 / 1024.0
 """m/s^2"""
 _STEPS: Final = {"Gyroscope": GYROSCOPE_STEP, "Accelerometer": ACCELEROMETER_STEP}
-_HIGH: Final = 76.0
-_COOL: Final = 70.0
-_COLD: Final = (0,) * N_JOINTS
+_HIGH_TEMPERATURE: Final = 76.0
+_COOL_TEMPERATURE: Final = 70.0
+_ALL_COOL: Final = (0,) * N_JOINTS
 _MAX_FLOAT: Final = 3.4e38
 """Largest float 32."""
 
@@ -114,12 +114,12 @@ class HeatStatus:
     def update(self, temperature: Sequence[float]) -> list[int]:
         """The status of each motor at these temperatures, 25, degrees Celsius."""
         rows = zip(self._high, temperature, strict=True)
-        self._high = [value >= (_COOL if high else _HIGH) for high, value in rows]
+        self._high = [value >= (_COOL_TEMPERATURE if high else _HIGH_TEMPERATURE) for high, value in rows]
         rows = zip(self._high, temperature, strict=True)
         return [max(int(high), level if (level := motor_status(value)) > 1 else 0) for high, value in rows]
 
 
-def sensor_packet(frame: SensorFrame, identity: Identity, status: Sequence[int] = _COLD) -> bytes:
+def sensor_packet(frame: SensorFrame, identity: Identity, status: Sequence[int] = _ALL_COOL) -> bytes:
     """The 896 bytes of a V6's packet, in its steps; every key is at the same place in each packet.
 
     Args:

@@ -16,7 +16,7 @@ READ = 65536
 WAITING = 262144  # bytes kept for a side that does not read, some 3 s of packets; then the connection ends
 
 
-def say(text):
+def log(text):
     # type: (str) -> None
     """One line on stderr."""
     sys.stderr.write(text + "\n")
@@ -63,17 +63,17 @@ def serve(host, port, path):
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listener.bind((host, port))
     listener.listen(1)
-    say("relaying %s to %s:%d" % (path, host, listener.getsockname()[1]))
+    log("relaying %s to %s:%d" % (path, host, listener.getsockname()[1]))
     while True:
         client, address = listener.accept()
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         robot = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             robot.connect(path)
-            say("client %s connected" % address[0])
-            say("client %s disconnected: %s" % (address[0], relay(client, robot)))
+            log("client %s connected" % address[0])
+            log("client %s disconnected: %s" % (address[0], relay(client, robot)))
         except socket.error as error:
-            say("no LoLA at %s: %s" % (path, error))
+            log("no LoLA at %s: %s" % (path, error))
         client.close()
         robot.close()
 

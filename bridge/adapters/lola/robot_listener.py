@@ -21,9 +21,9 @@ from bridge.recording.observer import log_notice
 
 logger = logging.getLogger(__name__)
 
-_RECEIVE: Final = 0.1
+_RECEIVE_TIMEOUT: Final = 0.1
 """s to wait for a frame before the robot's presence, notices and lease are checked again."""
-_LEASE_RETRY: Final = 1.0
+_LEASE_INTERVAL: Final = 1.0
 """s between two requests for a lease that another controller holds."""
 
 
@@ -50,7 +50,7 @@ class RobotListener:
         """Whether the lease is to be held."""
         self.abandoned = False
         """The lease ends with a stiff robot, which its guard is to bring down."""
-        self.gone = False
+        self.lost = False
         """The robot's token has disappeared."""
         self.newest: Arrival | None = None
         """The newest frame so far."""
@@ -75,7 +75,7 @@ class RobotListener:
     def _run(self) -> None:
         while not self._ended.is_set():
             try:
-                frame = self._receive(_RECEIVE)
+                frame = self._receive(_RECEIVE_TIMEOUT)
             except FrameError as error:
                 logger.warning("%s", error)
                 continue
@@ -83,7 +83,7 @@ class RobotListener:
                 self.newest = Arrival(frame, time.monotonic_ns())
                 self._wake()
             if not self._link.robot_alive:
-                self.gone = True
+                self.lost = True
                 self._wake()
                 return
             self._read_notices()
@@ -110,7 +110,7 @@ class RobotListener:
                 self._link.acquire()
                 self._wake()
             except LeaseRefused as error:
-                self._next_request = time.monotonic() + _LEASE_RETRY
+                self._next_request = time.monotonic() + _LEASE_INTERVAL
                 logger.warning("%s", error)
             except LinkError:
                 pass  # no answer; the next round repeats the request

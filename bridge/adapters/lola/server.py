@@ -33,29 +33,29 @@ from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import quiet_process
 
-_NS: Final = 1_000_000_000
-PERIOD: Final = round(CYCLE * _NS)
+_NS_PER_S: Final = 1_000_000_000
+PERIOD: Final = round(CYCLE * _NS_PER_S)
 """ns"""
-SLACK: Final = 1_000_000
+SEND_DELAY: Final = 1_000_000
 """ns from a frame's usual arrival to its packet."""
-GRACE: Final = 1_000_000
+LATE_FRAME_WAIT: Final = 1_000_000
 """ns that a packet waits for a late frame."""
-_WINDOW: Final = 31
+_ARRIVAL_WINDOW: Final = 31
 """Frames whose median arrival the packets follow."""
-_PACE: Final = 100_000
+_MAX_PHASE_STEP: Final = 100_000
 """ns by which the phase moves at most from one packet to the next."""
-_SAME_CYCLE: Final = 1e-6
+_CYCLE_TOLERANCE: Final = 1e-6
 """s"""
 logger = logging.getLogger(__name__)
 _MAX_FRAME_AGE: Final = 100_000_000
 """ns; an older frame is not sent: the robot is paused, and its LoLA is silent."""
-_REPEAT_FOR: Final = 30_000_000
+_REPEAT_TIME: Final = 30_000_000
 """ns after a client's last map in which its setpoints are repeated to a robot with another cycle."""
-_LIMP: Final = 0.2
+_LIMP_STIFFNESS: Final = 0.2
 """Largest stiffness of any joint of a robot that is down."""
-_CHECK_STOP: Final = 0.2
+_STOP_INTERVAL: Final = 0.2
 """s between two checks of the stop event."""
-_PATIENCE: Final = 1.0
+_WARNING_DELAY: Final = 1.0
 """s that a robot in lockstep waits for an answer before a warning."""
 _ROUNDING: Final = 1e-6
 """Of a cycle; robot time is a multiple of the cycle except for rounding."""
@@ -71,11 +71,11 @@ class PacketTimer:
 
     def __init__(self, cycle: float, clock: Callable[[], int] = time.monotonic_ns) -> None:
         self._clock = clock
-        self.follows = abs(cycle - CYCLE) < _SAME_CYCLE
+        self.follows = abs(cycle - CYCLE) < _CYCLE_TOLERANCE
         """The robot's cycle is LoLA's."""
         self._deadline = clock() + PERIOD
         self._locked = self._fresh = False
-        self._errors: deque[int] = deque(maxlen=_WINDOW)
+        self._errors: deque[int] = deque(maxlen=_ARRIVAL_WINDOW)
         """Lateness of the last frames relative to the phase, ns."""
         self.skipped = 0
         """Packets left out by a late loop."""
@@ -91,23 +91,23 @@ class PacketTimer:
         self._fresh = True
         if not self.follows:
             return
-        error = arrived + SLACK - self._deadline
+        error = arrived + SEND_DELAY - self._deadline
         error -= round(error / PERIOD) * PERIOD
         self._errors.append(error)
         middle = round(statistics.median(self._errors))
-        step = max(-_PACE, min(middle, _PACE)) if self._locked else middle
+        step = max(-_MAX_PHASE_STEP, min(middle, _MAX_PHASE_STEP)) if self._locked else middle
         self._locked = True
         self._deadline += step
-        self._errors = deque((earlier - step for earlier in self._errors), maxlen=_WINDOW)
+        self._errors = deque((earlier - step for earlier in self._errors), maxlen=_ARRIVAL_WINDOW)
 
     @property
     def wait(self) -> float:
         """Time until the next check of `due`, s."""
-        return max(0.0, (self._end - self._clock()) / _NS)
+        return max(0.0, (self._end - self._clock()) / _NS_PER_S)
 
     @property
     def _end(self) -> int:
-        return self._deadline + (GRACE if self.follows and self._locked and not self._fresh else 0)
+        return self._deadline + (LATE_FRAME_WAIT if self.follows and self._locked and not self._fresh else 0)
 
     def due(self) -> bool:
         """Whether to send a packet now; True counts it as sent."""
@@ -193,8 +193,8 @@ class LolaServer:
         timer = PacketTimer(info.cycle)
         seen: Arrival | None = None
         last_map = answered = 0
-        while not self._stop.is_set() and not robot.gone:
-            maps = self._wait(robot, min(timer.wait, _CHECK_STOP))
+        while not self._stop.is_set() and not robot.lost:
+            maps = self._wait(robot, min(timer.wait, _STOP_INTERVAL))
             newest = robot.newest
             if newest is None:
                 continue
@@ -202,7 +202,7 @@ class LolaServer:
             if newest is not seen:
                 seen = newest
                 timer.frame(newest.at)
-                repeat = not timer.follows and newest.at - last_map < _REPEAT_FOR
+                repeat = not timer.follows and newest.at - last_map < _REPEAT_TIME
                 answered = newest.frame.seq if repeat else answered
             if maps:
                 last_map = time.monotonic_ns()
@@ -221,8 +221,8 @@ class LolaServer:
         """Client and number of the frame sent last."""
         sent_at = 0.0
         cycle, answered, commanded = -1, True, True
-        while not self._stop.is_set() and not robot.gone:
-            maps = self._wait(robot, _CHECK_STOP)
+        while not self._stop.is_set() and not robot.lost:
+            maps = self._wait(robot, _STOP_INTERVAL)
             newest = robot.newest
             if newest is None:
                 continue
@@ -242,7 +242,7 @@ class LolaServer:
                 answered = answered or any(key in values for values in maps for key in JOINT_KEYS)
             if answered and not commanded:
                 commanded = self._command(frame.seq)
-            if not answered and client is not None and time.monotonic() - sent_at > _PATIENCE:
+            if not answered and client is not None and time.monotonic() - sent_at > _WARNING_DELAY:
                 client.warn(
                     "waiting", "the robot is in lockstep and waits for a map with `Position` or `Stiffness`."
                 )
@@ -285,7 +285,7 @@ class LolaServer:
     def _release(self, robot: RobotListener) -> None:
         """Forget the client's setpoints; the guard brings down a stiff robot."""
         setpoints = self._client.setpoints if self._client is not None else None
-        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP
+        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP_STIFFNESS
         robot.lease_wanted = False
         if self._client is not None:
             self._client.setpoints = None

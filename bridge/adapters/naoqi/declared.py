@@ -53,7 +53,7 @@ MIN_SPEED_FRACTION: Final = 1e-4
 ROBOT_HOME: Final = Path("/home/nao")
 HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
 """The robot's home on a machine without `/home/nao`."""
-KEPT: Final = "remembered and read back, without effect"
+NO_EFFECT: Final = "remembered and read back, without effect"
 """Omissions of a setting."""
 
 
@@ -64,9 +64,9 @@ class Range(NamedTuple):
     upper: float = math.inf
     unit: str = ""
 
-    def __call__(self, value: Any, what: str) -> float:
+    def __call__(self, value: Any, label: str) -> float:
         """Check a number."""
-        number(value, what, self.lower, self.upper)
+        number(value, label, self.lower, self.upper)
         return value  # type: ignore[no-any-return]
 
     def __str__(self) -> str:
@@ -81,10 +81,10 @@ class OneOf:
     noun: str
     known: Collection[str] = field(repr=False)
 
-    def __call__(self, value: Any, what: str) -> str:
+    def __call__(self, value: Any, label: str) -> str:
         """Check a name."""
-        if text(value, what) not in self.known:
-            raise NaoqiRefused(f"{what.partition(':')[0]}: {unknown_name(self.noun, value, self.known)}.")
+        if text(value, label) not in self.known:
+            raise NaoqiRefused(f"{label.partition(':')[0]}: {unknown_name(self.noun, value, self.known)}.")
         return str(value)
 
     def __str__(self) -> str:
@@ -101,11 +101,11 @@ class Vector:
     upper: float = math.inf
     unit: str = ""
 
-    def __call__(self, value: Any, what: str) -> list[float]:
+    def __call__(self, value: Any, label: str) -> list[float]:
         """Check a list."""
         if not isinstance(value, list) or len(value) != len(self.names.split(",")):
-            raise NaoqiRefused(f"{what} is {value!r:.60}; {self} is expected.")
-        return [number(one, f"{what}[{i}]", self.lower, self.upper) for i, one in enumerate(value)]
+            raise NaoqiRefused(f"{label} is {value!r:.60}; {self} is expected.")
+        return [number(one, f"{label}[{i}]", self.lower, self.upper) for i, one in enumerate(value)]
 
     def __str__(self) -> str:
         return f"[{self.names}]{f' in {self.unit}' if self.unit else ''}"
@@ -121,10 +121,10 @@ class Choice:
     def __init__(self, *values: int) -> None:
         self._values = values
 
-    def __call__(self, value: Any, what: str) -> int:
+    def __call__(self, value: Any, label: str) -> int:
         """Check a number."""
         if isinstance(value, bool) or value not in self._values:
-            raise NaoqiRefused(f"{what} is {value!r:.40}; {self} is expected.")
+            raise NaoqiRefused(f"{label} is {value!r:.40}; {self} is expected.")
         return int(value)
 
     def __str__(self) -> str:
@@ -233,7 +233,7 @@ class Setting:
         def put(*arguments: Any) -> Any:
             """Store the last argument; the ones before it name the part."""
             if (
-                self.partly == KEPT
+                self.partly == NO_EFFECT
                 and arguments[-1] not in (False, None)
                 and self.attribute not in owner.__dict__
             ):
@@ -343,8 +343,8 @@ def _methods(owner: Any) -> Iterator[Method]:
                     service, _, method = name.rpartition(".")
                     bound = getattr(owner, attribute)
                     partly = offer.partly or getattr(owner, "left_out", {}).get(method, "")
-                    what = (service or owner.service, method, bound, offer.kind, partly)
-                    yield Method(*what, offer.begins_walk)
+                    declaration = (service or owner.service, method, bound, offer.kind, partly)
+                    yield Method(*declaration, offer.begins_walk)
 
 
 def as_vendor(words: str) -> str:
@@ -372,22 +372,22 @@ def _check(kind: Any, owner: object) -> Check:
         if all(isinstance(step, Range | OneOf) for step in args[1:]):  # refinements of the type's own check
             steps.insert(0, _check(args[0], owner))
 
-        def all_steps(value: Any, what: str) -> Any:
+        def all_steps(value: Any, label: str) -> Any:
             for step in steps:
-                value = step(value, what)
+                value = step(value, label)
             return value
 
         return all_steps
     if origin in (Union, types.UnionType) and type(None) in args:
         inner = _check(next(arg for arg in args if arg is not type(None)), owner)
-        return lambda value, what: None if value is None else inner(value, what)
+        return lambda value, label: None if value is None else inner(value, label)
     if origin is list:
         item = _check(args[0], owner)
 
-        def of_list(value: Any, what: str) -> list[Any]:
+        def of_list(value: Any, label: str) -> list[Any]:
             if not isinstance(value, list):
-                raise NaoqiRefused(f"{what} is {value!r:.60}; a list{_OF.get(args[0], '')} is expected.")
-            return [item(one, f"{what}[{i}]") for i, one in enumerate(value)]
+                raise NaoqiRefused(f"{label} is {value!r:.60}; a list{_OF.get(args[0], '')} is expected.")
+            return [item(one, f"{label}[{i}]") for i, one in enumerate(value)]
 
         return of_list
     simple: dict[Any, Check] = {float: number, int: _whole, bool: flag, str: text}
@@ -430,121 +430,121 @@ def _refusal(service: str, method: str, reason: str) -> Method:
     return Method(service, method, refuse, refuses=True)
 
 
-def _whole(value: Any, what: str) -> int:
-    return round(number(value, what))
+def _whole(value: Any, label: str) -> int:
+    return round(number(value, label))
 
 
-def number(value: Any, what: str, lower: float = -math.inf, upper: float = math.inf) -> float:
+def number(value: Any, label: str, lower: float = -math.inf, upper: float = math.inf) -> float:
     """A finite number within a range.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise NaoqiRefused(f"{what} is {value!r:.60}; a finite number is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.60}; a finite number is expected.")
     if not lower <= value <= upper:
-        raise NaoqiRefused(f"{what} is {value:g}; a number from {lower:g} to {upper:g} is expected.")
+        raise NaoqiRefused(f"{label} is {value:g}; a number from {lower:g} to {upper:g} is expected.")
     return float(value)
 
 
-def fraction(value: Any, what: str) -> float:
+def fraction(value: Any, label: str) -> float:
     """A fraction of the maximum speed, above 0 and up to 1.
 
     Raises:
         NaoqiRefused: anything else, or less than `MIN_SPEED_FRACTION`.
     """
-    speed = number(value, what, 0.0, 1.0)
+    speed = number(value, label, 0.0, 1.0)
     if speed < MIN_SPEED_FRACTION:
         raise NaoqiRefused(
-            f"{what} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "
+            f"{label} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "
             "and up to 1 is expected."
         )
     return speed
 
 
-def flag(value: Any, what: str) -> bool:
+def flag(value: Any, label: str) -> bool:
     """True or False, also as 1 or 0.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if value not in (True, False):
-        raise NaoqiRefused(f"{what} is {value!r:.60}; True or False is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.60}; True or False is expected.")
     return bool(value)
 
 
-def text(value: Any, what: str) -> str:
+def text(value: Any, label: str) -> str:
     """A name.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, str):
-        raise NaoqiRefused(f"{what} is {value!r:.60}; a name is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.60}; a name is expected.")
     return value
 
 
-def robot_file(value: Any, what: str) -> Path:
+def robot_file(value: Any, label: str) -> Path:
     """A path of the robot; its home is `HOME` on a machine without such a folder."""
-    file = Path(text(value, what))
+    file = Path(text(value, label))
     inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
     return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file
 
 
-def new_file(value: Any, what: str) -> Path:
+def new_file(value: Any, label: str) -> Path:
     """The absolute path of a file to write in an existing folder.
 
     Raises:
         NaoqiRefused: anything else.
     """
-    file = robot_file(value, what)
+    file = robot_file(value, label)
     if file.is_relative_to(HOME):
         file.parent.mkdir(parents=True, exist_ok=True)
     if "\0" in str(file) or not file.is_absolute() or not os.path.isdir(file.parent):
-        raise NaoqiRefused(f"{what} is {value!r:.80}; an absolute path in a folder that is there is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.80}; an absolute path in a folder that is there is expected.")
     return file
 
 
-def pairs(value: Any, what: str) -> list[list[Any]]:
+def pairs(value: Any, label: str) -> list[list[Any]]:
     """A list of names, each with its value.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, list) or not all(isinstance(row, list) and len(row) == 2 for row in value):
-        raise NaoqiRefused(f"{what}: {value!r:.60} was given; [[name, value], ...] is expected.")
+        raise NaoqiRefused(f"{label}: {value!r:.60} was given; [[name, value], ...] is expected.")
     return value
 
 
-def one_each(value: Any, count: int, what: str) -> list[float]:
+def one_each(value: Any, count: int, label: str) -> list[float]:
     """A number for each joint: one for all, or a list of as many.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, list):
-        return [number(value, what)] * count
+        return [number(value, label)] * count
     if len(value) != count:
-        raise NaoqiRefused(f"{what} has {len(value)} entries for {count} joints; one for each is expected.")
-    return [number(entry, f"{what}[{i}]") for i, entry in enumerate(value)]
+        raise NaoqiRefused(f"{label} has {len(value)} entries for {count} joints; one for each is expected.")
+    return [number(entry, f"{label}[{i}]") for i, entry in enumerate(value)]
 
 
-def lists_each(value: Any, count: int, what: str) -> list[list[float]]:
+def lists_each(value: Any, count: int, label: str) -> list[list[float]]:
     """A list of numbers for each joint, out of one number, one list, or a list of numbers or lists.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, list):
-        return [[number(value, what)] for _ in range(count)]
+        return [[number(value, label)] for _ in range(count)]
     if count == 1 and not any(isinstance(entry, list) for entry in value):
-        return [[number(entry, f"{what}[{i}]") for i, entry in enumerate(value)]]
+        return [[number(entry, f"{label}[{i}]") for i, entry in enumerate(value)]]
     if len(value) != count:
-        raise NaoqiRefused(f"{what} has {len(value)} entries for {count} joints; one for each is expected.")
+        raise NaoqiRefused(f"{label} has {len(value)} entries for {count} joints; one for each is expected.")
     return [
-        [number(item, f"{what}[{i}][{j}]") for j, item in enumerate(entry)]
+        [number(item, f"{label}[{i}][{j}]") for j, item in enumerate(entry)]
         if isinstance(entry, list)
-        else [number(entry, f"{what}[{i}]")]
+        else [number(entry, f"{label}[{i}]")]
         for i, entry in enumerate(value)
     ]
 

@@ -90,7 +90,7 @@ _SIGNAL: Final = 100
 """Action of a subscriber's signal."""
 _SUBSCRIBER: Final = meta_object({}, {_SIGNAL: ("signal", "(m)")})
 MAX_SUBSCRIBERS: Final = 10_000
-_START: Final = 10.0
+_START_TIMEOUT: Final = 10.0
 """s that the server's thread may take to begin or to end"""
 
 
@@ -128,7 +128,7 @@ class QiServer:
         started: Future[None] = Future()
         self._thread = threading.Thread(target=self._run, args=(url, started), name="qi", daemon=True)
         self._thread.start()
-        started.result(_START)
+        started.result(_START_TIMEOUT)
 
     def _run(self, url: str, started: Future[None]) -> None:
         asyncio.set_event_loop(self._loop)
@@ -168,7 +168,7 @@ class QiServer:
     def close(self) -> None:
         """End the server and its connections."""
         self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(_START)
+        self._thread.join(_START_TIMEOUT)
 
     def publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
         """Send an event of ALMemory to its subscribers; any thread may call this.

@@ -109,11 +109,11 @@ class FrameReader:
         return tuple(slots)
 
 
-TIMEOUT: Final = 2.0
+CALL_TIMEOUT: Final = 2.0
 """s that connecting or a call may take."""
-_LOOK: Final = 0.0003
+_CLOCK_INTERVAL: Final = 0.0003
 """s between two readings of the robot's clock after an early one."""
-_CREEP: Final = 2e-5
+_READ_ADVANCE: Final = 2e-5
 """s by which each reading is earlier in the robot's cycle than the last, until one is too early: readings thus
 follow the end of the robot's cycle in spite of the clocks' drift."""
 _POSITIONS: Final = "NaoHilPositions"
@@ -248,7 +248,7 @@ class NaoqiDevice:
             raise LinkError(f"The clock of the robot at {self._url} was reset: its NAOqi restarted.")
         if self._due is not None:
             # At most a cycle from now, also for a clock that catches up.
-            ahead = self._due + passed / 1000.0 - _CREEP
+            ahead = self._due + passed / 1000.0 - _READ_ADVANCE
             self._due = min(ahead, self._asked + self._cycle / 1000.0)
         self._moment = moment
         self._check_pending()
@@ -266,13 +266,13 @@ class NaoqiDevice:
 
     def _await_cycle(self) -> float:
         """Read the robot's clock until it advances; the time of that reading."""
-        deadline = time.monotonic() + TIMEOUT
+        deadline = time.monotonic() + CALL_TIMEOUT
         while time.monotonic() < deadline:
             asked = time.monotonic()
             if self._call(self._memory.getListData, ["DCM/Time"])[0] != self._moment:
                 return asked
-            time.sleep(_LOOK)
-        raise LinkError(f"The clock of the robot at {self._url} has not advanced for {TIMEOUT:g} s.")
+            time.sleep(_CLOCK_INTERVAL)
+        raise LinkError(f"The clock of the robot at {self._url} has not advanced for {CALL_TIMEOUT:g} s.")
 
     def write(self, moment: int, seq: int, command: ActuatorFrame) -> None:
         """Command all joints for the time of the answered reading plus the look-ahead; does not wait.
@@ -305,10 +305,12 @@ class NaoqiDevice:
 
     def _check_pending(self) -> None:
         now = time.monotonic()
-        while self._pending and (self._pending[0].done.isFinished() or now - self._pending[0].asked > TIMEOUT):
+        while self._pending and (
+            self._pending[0].done.isFinished() or now - self._pending[0].asked > CALL_TIMEOUT
+        ):
             sent = self._pending.popleft()
             if not sent.done.isFinished():
-                raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
+                raise LinkError(f"The robot at {self._url} has not answered for {CALL_TIMEOUT:g} s.")
             if sent.done.hasError():
                 raise LinkError(f"The robot at {self._url} refused a command: {_first_line(sent.done.error())}")
             if sent.reply_to >= 0:
@@ -320,8 +322,8 @@ class NaoqiDevice:
     def _call(self, method: Any, *arguments: Any) -> Any:
         try:
             future = method(*arguments, _async=True)
-            if str(future.wait(round(1000.0 * TIMEOUT))).endswith("Running"):
-                raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
+            if str(future.wait(round(1000.0 * CALL_TIMEOUT))).endswith("Running"):
+                raise LinkError(f"The robot at {self._url} has not answered for {CALL_TIMEOUT:g} s.")
             return future.value()
         except RuntimeError as error:
             raise self._ended(error) from None
@@ -334,7 +336,7 @@ class NaoqiDevice:
         self._session.close()
 
 
-def connected(url: str, timeout: float = TIMEOUT) -> Any:
+def connected(url: str, timeout: float = CALL_TIMEOUT) -> Any:
     """A session of qi; close it.
 
     Args:

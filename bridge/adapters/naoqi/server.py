@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Final
 
-from bridge.adapters.naoqi.core.cameras import DrawnEyes
+from bridge.adapters.naoqi.core.cameras import DrawnCameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.core.walking import WalkingMethods
@@ -26,7 +26,7 @@ from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
 
-_SILENCE: Final = 0.5
+_FRAME_TIMEOUT: Final = 0.5
 """s without a sensor frame after which the server checks for the robot."""
 
 
@@ -110,36 +110,36 @@ class NaoqiServer:
         if frame is None:
             return
         priority = self._priority if info.mode == "real-time" else None
-        eyes = self._eyes(info)
-        services, handover = self._begin(load_body(info.body), frame, eyes)
+        feed = self._camera_feed(info)
+        services, handover = self._begin(load_body(info.body), frame, feed)
         if info.mode == "real-time":
             quiet_process(priority)
         self._send(services)
-        warmed, told = handover.warm(), False
+        prestarted, reported = handover.prestart(), False
         try:
             while not self._stop() and self._cycle(services, receive):
-                if warmed.done() and not told:  # the first move of a program has a walker
-                    told = True
+                if prestarted.done() and not reported:  # the first move of a program has a walker
+                    reported = True
                     if self._call_server is None:
                         self._call_server = QiServer(self._url, services.names(), self._call)
                     logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
         finally:
             handover.close()
-            if eyes is not None:
-                eyes.close()
+            if feed is not None:
+                feed.close()
             with self._lock:
                 services.abandon()
 
-    def _eyes(self, info: Info) -> DrawnEyes | None:
+    def _camera_feed(self, info: Info) -> DrawnCameraFeed | None:
         """Cameras of an emulated robot."""
         if info.side != "emulator":
             return None
-        return DrawnEyes(info.robot, self._link.endpoint, info.body)
+        return DrawnCameraFeed(info.robot, self._link.endpoint, info.body)
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
         """Answer a frame; False after a loss or a restart of the robot."""
         try:
-            frame = receive(_SILENCE)
+            frame = receive(_FRAME_TIMEOUT)
         except FrameError as error:
             logger.warning("%s", error)
             return True
@@ -148,7 +148,7 @@ class NaoqiServer:
             return False
         self._read_notices()
         if frame is None:
-            self._keep_lease()
+            self._renew_lease()
         elif frame.seq > services.joints.frame.seq:
             with self._lock:
                 services.cycle(frame)
@@ -164,12 +164,14 @@ class NaoqiServer:
 
     def _first_frame(self, receive: Callable[[float], SensorFrame | None]) -> SensorFrame | None:
         while not self._stop() and self._link.robot_alive:
-            frame = receive(_SILENCE)
+            frame = receive(_FRAME_TIMEOUT)
             if frame is not None:
                 return frame
         return None
 
-    def _begin(self, body: Body, frame: SensorFrame, eyes: DrawnEyes | None) -> tuple[Services, WalkerHandover]:
+    def _begin(
+        self, body: Body, frame: SensorFrame, feed: DrawnCameraFeed | None
+    ) -> tuple[Services, WalkerHandover]:
         """Services for a new boot of a robot; a running qi server keeps its methods."""
         link = self._link
         handover = WalkerHandover(
@@ -183,7 +185,7 @@ class NaoqiServer:
             self._require_lease,
             self._answer_again,
             self._publish,
-            eyes,
+            feed,
         )
         with self._lock:
             self._services = services
@@ -207,7 +209,7 @@ class NaoqiServer:
         if self._services is not None:
             self._send(self._services)
 
-    def _keep_lease(self) -> None:
+    def _renew_lease(self) -> None:
         """Renew the lease, so that a paused robot does not withdraw it.
 
         While another controller has it, each commanding call requests it again, and is refused.
@@ -227,7 +229,7 @@ class NaoqiServer:
         for notice in self._link.notices():
             log_notice(logger, notice)
             if notice.code == "no-lease":
-                self._keep_lease()
+                self._renew_lease()
 
     def give_away(self) -> None:
         """Stop the motions of the legs, end the commands, and release the lease to the walker."""

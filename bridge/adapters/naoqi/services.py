@@ -10,20 +10,20 @@ from threading import RLock
 from typing import Annotated, Any
 
 from bridge.adapters.naoqi.core.breathing import Breathing
-from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed, NoCameraFeed
 from bridge.adapters.naoqi.core.cartesian import Cartesian
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import DcmService, Joints, UpperBodyShare, moved_joints
 from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
-from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, AsyncCalls, MotionTasks
+from bridge.adapters.naoqi.core.motion_tasks import MAX_WAIT, AsyncCalls, MotionTasks
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
 from bridge.adapters.naoqi.core.robot_facts import InertSettings, RobotConfig, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
     BUTTON_KEYS,
-    QUIET,
+    QUIET_SERVICES,
     QUIET_VISION,
     BatteryAndHeat,
     Extractor,
@@ -48,7 +48,7 @@ from bridge.adapters.naoqi.declared import (
 from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
 from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
 from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
-from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Stage
+from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Scene
 from bridge.adapters.naoqi.interaction.dialog import Dialog
 from bridge.adapters.naoqi.interaction.hearing import SpeechRecognition
 from bridge.adapters.naoqi.interaction.leds import Leds
@@ -61,10 +61,10 @@ from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-STAGE = "NaoHil"
+NAO_HIL_SERVICE = "NaoHil"
 """Service of nao-hil itself: the robot's surroundings."""
-_MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
-_MOVES |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
+_MOVED_JOINTS = {"lookAt": ["Head"], "startTracker": ["Head"]}
+_MOVED_JOINTS |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
 """Joints moved by methods without a first argument that names joints."""
 
 
@@ -79,7 +79,7 @@ class Services:
         require_lease: raises `NaoHilError` unless the joints may be commanded.
         commanded: called, with the lock held, after a call that may have changed the joints' commands.
         publish: called for each event of ALMemory.
-        eyes: its cameras.
+        feed: its cameras.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Services:
         require_lease: Callable[[], None],
         commanded: Callable[[], None],
         publish: Publish,
-        eyes: Eyes | None = None,
+        feed: CameraFeed | None = None,
     ) -> None:
         self._config, self._lock, self.handover = config, lock, walking.handover
         self._require_lease, self._commanded = require_lease, commanded
@@ -114,17 +114,17 @@ class Services:
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.provide(self.joints.keys())
         self.memory.update(frame)
-        self.events = Events(self.memory, self._told(publish))
+        self.events = Events(self.memory, self._publisher(publish))
         self._speech = Speech(self._others, self.events, lambda: self.joints.now)
         self._dialog = Dialog(self.events, self.memory.get, self._speech.say)
         self._microphones = Microphones(publish)
         self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
         self._recognition = SpeechRecognition(self.events)
-        self._eyes = eyes or NoEyes()
-        self._stage = Stage(config.body, self._frames, self._eyes, self._hear)
-        self._video = VideoDevice(config.body, self._eyes)
+        self._feed = feed or NoCameraFeed()
+        self._scene = Scene(config.body, self._frames, self._feed, self._hear)
+        self._video = VideoDevice(config.body, self._feed)
         self._sonar = Sonar(self.joints, self.events)
-        seeing = (self._stage, self._frames, self.events)
+        seeing = (self._scene, self._frames, self.events)
         self._detections = (
             Faces(*seeing),
             LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
@@ -133,8 +133,8 @@ class Services:
         self._compass = VisualCompass(self._frames, self.events, self._robot_place)
         neck = config.body.lengths.NeckOffsetZ
         walk = self._walks.get("move")
-        self._awareness = Awareness(self._stage, self._frames, self.motion, self.events, self.memory)
-        self._following = Following(self._stage, self._frames, self.motion, self.events, neck, walk)
+        self._awareness = Awareness(self._scene, self._frames, self.motion, self.events, self.memory)
+        self._following = Following(self._scene, self._frames, self.motion, self.events, neck, walk)
         self._table = self._build()
 
     def _hear(self, said: str) -> list[str]:
@@ -142,14 +142,14 @@ class Services:
         self._dialog.hear(said)
         return self._recognition.hear(said)
 
-    def _told(self, publish: Publish) -> Publish:
+    def _publisher(self, publish: Publish) -> Publish:
         """A publisher of events that also passes them to the dialogues."""
 
-        def tell(event: str, value: Any, callbacks: list[list[Any]]) -> None:
+        def publish_and_answer(event: str, value: Any, callbacks: list[list[Any]]) -> None:
             publish(event, value, callbacks)
-            self._dialog.notice(event, value)
+            self._dialog.answer_event(event, value)
 
-        return tell
+        return publish_and_answer
 
     def _robot_place(self) -> Sequence[float]:
         position = self._walks.get("getRobotPosition")
@@ -228,7 +228,7 @@ class Services:
             with self._lock:
                 if not self.handover.has_robot:
                     self._protection.require(f"{service}.{method}")
-        moves = _MOVES.get(method) or next(iter(arguments), None)
+        moves = _MOVED_JOINTS.get(method) or next(iter(arguments), None)
         if service == "DCM" and entry.kind == "joints":
             moves = moved_joints(self.joints.dcm, moves)
         stiff = method == "setStiffnesses" and stays_stiff(arguments[1])
@@ -249,7 +249,7 @@ class Services:
         walks = self._table[service][name].kind == "walk"
         key = self._async_calls.add(result, self._walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
-            self._audio.begun(result, key)
+            self._audio.name_by_call(result, key)
         return key
 
     def _carry_out(self, entry: Method, arguments: list[Any], moves: Any, *, stiff: bool) -> Any:
@@ -317,14 +317,14 @@ class Services:
             self._recognition,
             *(part for detection in self._detections for part in (detection.extractor, detection)),
             self._video,
-            self._stage,
+            self._scene,
             *self._photos(now),
             self._dialog,
             Animations(self.joints, self.motion),
             Tracker(self.joints, self.motion, self._frames, self._following),
             OldTracker("RedBall", 0.06, self._following),
             OldTracker("Face", 0.15, self._following),
-            *(Extractor(name, self.events, [event], quiet=True) for name, event in QUIET.items()),
+            *(Extractor(name, self.events, [event], quiet=True) for name, event in QUIET_SERVICES.items()),
             *(VisionExtractor(name, self.events, [event], quiet=True) for name, event in QUIET_VISION.items()),
         )
         for name in sorted({*table, *REFUSED}):
@@ -334,8 +334,8 @@ class Services:
         return table
 
     def _photos(self, now: Callable[[], int]) -> list[object]:
-        photos = PhotoCapture(self._eyes, self._others, now)
-        films = VideoRecorder(self._eyes, self._others, now)
+        photos = PhotoCapture(self._feed, self._others, now)
+        films = VideoRecorder(self._feed, self._others, now)
         return [photos.setup, photos, films.setup, films]
 
     def parameters(self, service: str, method: str) -> Method:
@@ -388,7 +388,7 @@ class _Module:
         return f"{self.service}.{method}({', '.join(names)})"
 
     @offers(".wait")
-    def _wait(self, key: Any, timeout: Annotated[float, Range(0, LONGEST_WAIT, "ms")] = 0) -> Future[Any]:
+    def _wait(self, key: Any, timeout: Annotated[float, Range(0, MAX_WAIT, "ms")] = 0) -> Future[Any]:
         return self._services._async_calls.wait(key, timeout)
 
 

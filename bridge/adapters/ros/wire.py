@@ -81,11 +81,11 @@ class RosNode:
         self._name, self._domain = name, domain
         self._session = session
         self._numbers = itertools.count()
-        self._kept: list[Any] = []
+        self._entities: list[Any] = []
         self._lock = threading.Lock()
         self._listening: dict[str, Listening] = {}
         self._token("NN")
-        self._kept.append(
+        self._entities.append(
             self._session.liveliness().declare_subscriber(
                 f"@ros2_lv/{domain}/*/*/*/MS/**", Callback(self._on_token, indirect=False), history=True
             )
@@ -102,7 +102,7 @@ class RosNode:
         session, number = self._session.zid(), next(self._numbers)
         parts = [str(self._domain), str(session), "0", str(number), kind, "%", "%", self._name, *rest]
         token = "/".join(["@ros2_lv", *parts])
-        self._kept.append(self._session.liveliness().declare_token(token))
+        self._entities.append(self._session.liveliness().declare_token(token))
         return token
 
     def _declare(self, kind: Kind, topic: str, type_name: str, quality: str) -> str:
@@ -143,7 +143,7 @@ class RosNode:
             receive(message)
 
         key = self._key(topic, type_name, "*")
-        self._kept.append(self._session.declare_subscriber(key, Callback(on_sample, indirect=False)))
+        self._entities.append(self._session.declare_subscriber(key, Callback(on_sample, indirect=False)))
 
     def _on_token(self, sample: zenoh.Sample) -> None:
         """Note the beginning or the end of another node's subscription."""

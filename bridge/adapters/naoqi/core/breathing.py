@@ -22,20 +22,20 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = {
     **{part: (part,) for part in ("Head", "LArm", "RArm", "Legs")},
 }
 """Chains that can breathe (confirmed: vendor's page), and the joints that move in each."""
-SLOWEST: Final = 5.0
-FASTEST: Final = 30.0
+MIN_BPM: Final = 5.0
+MAX_BPM: Final = 30.0
 """Breaths a minute (confirmed: vendor's page)."""
-_ARM: Final = {"ShoulderPitch": 0.035, "ShoulderRoll": 0.026, "ElbowRoll": -0.035}
-_LEG: Final = {"HipPitch": -0.0175, "KneePitch": 0.035, "AnklePitch": -0.0175}
+_ARM_ANGLES: Final = {"ShoulderPitch": 0.035, "ShoulderRoll": 0.026, "ElbowRoll": -0.035}
+_LEG_ANGLES: Final = {"HipPitch": -0.0175, "KneePitch": 0.035, "AnklePitch": -0.0175}
 _INHALED: Final[Mapping[str, Mapping[str, float]]] = {
     "Head": {"HeadPitch": -0.026},
-    "LArm": {f"L{joint}": angle for joint, angle in _ARM.items()},
-    "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM.items()},
-    "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG.items()},
+    "LArm": {f"L{joint}": angle for joint, angle in _ARM_ANGLES.items()},
+    "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM_ANGLES.items()},
+    "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG_ANGLES.items()},
 }
 """Angles of joints from their resting ones at amplitude 0, rad (confirmed: under 5 degrees; the values:
 assumed); twice as much at amplitude 1 (assumed). Torso and soles stay level."""
-_MOVED: Final = 1e-3
+_MOVED_TOLERANCE: Final = 1e-3
 """rad from the last angle sent, beyond which the program has moved a joint."""
 
 
@@ -70,20 +70,20 @@ class Breathing:
         if any(map(self._joints.waits, joints)) or self._postures.family() != "Standing":
             self._ends[part] = self._joints.now + 200  # next check
             return
-        if self._moved(part):
+        if self._is_moved(part):
             self._base |= {j: self._joints.commanded(j) for j in joints}
             self._sent |= {j: self._base[j] for j in joints}
         inhales = all(self._sent[j] == self._base[j] for j in joints)
         self._send(part, (1.0 + self._amplitude) if inhales else 0.0)
 
-    def _moved(self, part: str) -> bool:
+    def _is_moved(self, part: str) -> bool:
         """Whether the program has moved the part since the last half breath."""
         for joint in _INHALED[part]:
             waiting = self._joints.dcm.waiting(actuator(joint))
             if waiting:
                 if abs(waiting[-1].time - self._ends.get(part, 0)) > 1:
                     return True
-            elif abs(self._joints.commanded(joint) - self._sent.get(joint, math.inf)) > _MOVED:
+            elif abs(self._joints.commanded(joint) - self._sent.get(joint, math.inf)) > _MOVED_TOLERANCE:
                 return True
         return False
 
@@ -104,7 +104,7 @@ class Breathing:
                 self._enabled.add(part)
             elif part in self._enabled:
                 self._enabled.discard(part)
-                if not self._moved(part):
+                if not self._is_moved(part):
                     self._send(part, 0.0)
 
     @offers("ALMotion.setBreathConfig")
@@ -115,9 +115,9 @@ class Breathing:
             if name not in ("Bpm", "Amplitude"):
                 raise NaoqiRefused(f"{method}: {unknown_name('name', str(name), ('Bpm', 'Amplitude'))}.")
         given = dict(config)
-        bpm = number(given.get("Bpm", self._bpm), f"{method}: Bpm", SLOWEST, FASTEST)
+        bpm = number(given.get("Bpm", self._bpm), f"{method}: Bpm", MIN_BPM, MAX_BPM)
         amplitude = number(given.get("Amplitude", self._amplitude), f"{method}: Amplitude", 0.0, 1.0)
-        self._bpm, self._amplitude = bpm, min(amplitude, (FASTEST - bpm) / (FASTEST - SLOWEST))
+        self._bpm, self._amplitude = bpm, min(amplitude, (MAX_BPM - bpm) / (MAX_BPM - MIN_BPM))
 
     @offers("ALMotion.getBreathEnabled")
     def _get_breath_enabled(self, chain: Any) -> Any:

@@ -23,7 +23,7 @@ import msgspec
 
 from bridge.errors import NaoqiRefused
 
-_LENGTH: Final = struct.Struct("!I")
+_LENGTH_PREFIX: Final = struct.Struct("!I")
 MAX_MESSAGE: Final = 1 << 24
 """bytes"""
 
@@ -60,7 +60,7 @@ class Pipe:
             raise Unsendable(f"{len(payload)} bytes are more than {MAX_MESSAGE}")
         with self._lock:
             try:
-                self._socket.sendall(_LENGTH.pack(len(payload)) + payload)
+                self._socket.sendall(_LENGTH_PREFIX.pack(len(payload)) + payload)
             except OSError:
                 return
 
@@ -78,10 +78,10 @@ class Pipe:
 
     def _payload(self) -> bytes | None:
         try:
-            head = self._stream.read(_LENGTH.size)
-            if len(head) < _LENGTH.size:
+            head = self._stream.read(_LENGTH_PREFIX.size)
+            if len(head) < _LENGTH_PREFIX.size:
                 return None
-            (length,) = _LENGTH.unpack(head)
+            (length,) = _LENGTH_PREFIX.unpack(head)
             payload = self._stream.read(length) if length <= MAX_MESSAGE else b""
         except (OSError, ValueError):  # ValueError: this end is closed
             return None
@@ -96,12 +96,12 @@ class Pipe:
 
 CAMERAS: Final = ("CameraTop", "CameraBottom")
 """By NAOqi's number."""
-NO_CAMERAS: Final = "only an emulated robot has cameras here; this one's are read on the robot itself"
-_END: Final = 3.0
+NO_CAMERAS_REASON: Final = "only an emulated robot has cameras here; this one's are read on the robot itself"
+_END_TIMEOUT: Final = 3.0
 """s that the process may take to end."""
 
 
-class Eyes(Protocol):
+class CameraFeed(Protocol):
     """Pictures of a robot's cameras."""
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
@@ -124,19 +124,19 @@ class Eyes(Protocol):
         ...
 
 
-class NoEyes:
+class NoCameraFeed:
     """Of a robot without cameras here."""
 
     def picture(self, *_: Any) -> Future[Any]:
-        """See `Eyes`."""
-        raise NaoqiRefused(f"ALVideoDevice: {NO_CAMERAS}.")
+        """See `CameraFeed`."""
+        raise NaoqiRefused(f"ALVideoDevice: {NO_CAMERAS_REASON}.")
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """See `Eyes`."""
+        """See `CameraFeed`."""
         return ()
 
 
-class DrawnEyes:
+class DrawnCameraFeed:
     """Of an emulated robot, by a drawing process that starts at the first call; thread-safe, close it.
 
     Args:
@@ -155,7 +155,7 @@ class DrawnEyes:
         self._sights: Sequence[Sequence[Any]] = ()
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
-        """See `Eyes`."""
+        """See `CameraFeed`."""
         done: Future[Any] = Future()
         with self._lock:
             pipe = self._started()
@@ -166,7 +166,7 @@ class DrawnEyes:
         return done
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """See `Eyes`."""
+        """See `CameraFeed`."""
         with self._lock:
             self._started()
         return self._sights
@@ -214,7 +214,7 @@ class DrawnEyes:
         if pipe is not None and process is not None:
             pipe.close()
             try:
-                process.wait(_END)
+                process.wait(_END_TIMEOUT)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()

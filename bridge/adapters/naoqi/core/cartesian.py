@@ -29,12 +29,12 @@ from bridge.errors import NaoqiRefused
 from bridge.types import Array
 
 EFFECTORS: Final = (*CHAINS, TORSO)
-STEP: Final = 0.04
+STEP_TIME: Final = 0.04
 """s between two points of a path: two cycles of ALMotion, so that the search costs the robot's cycle little."""
 _FEET: Final = ("LLeg", "RLeg")
-_STRAIGHT: Final = 0.035
+_STRAIGHT_ELBOW: Final = 0.035
 """rad of a straight elbow: the end of its range."""
-_FLAT: Final = 59
+_FLAT_FOOT_MASK: Final = 59
 """Mask of a foot that keeps its angles and its place except for the height."""
 _STANCE_WEIGHT: Final = 3.0
 """Weight of a stance foot's pose over that of a moving foot (assumed)."""
@@ -44,11 +44,11 @@ ITERATIONS_ON_PATH: Final = 4
 """For the next pose of a path, which is near."""
 
 
-_REACH: Final = (
+_REACH_NOTE: Final = (
     "a target out of reach is approached as closely as the joint ranges allow; nothing balances the robot"
 )
-STRAIGHT: Final = f"the joints go straight to the solution; {_REACH}"
-AT_REST: Final = f"at rest at each point of the path; {_REACH}"
+STRAIGHT_NOTE: Final = f"the joints go straight to the solution; {_REACH_NOTE}"
+AT_REST_NOTE: Final = f"at rest at each point of the path; {_REACH_NOTE}"
 
 
 class _Path(NamedTuple):
@@ -113,7 +113,7 @@ class Cartesian:
         self._joints, self._motion, self._tasks, self._frames = joints, motion, tasks, frames
         self._inverse = InverseKinematics(joints.body, frames)
 
-    def go(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
+    def move(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
         """Send effectors towards poses; does not wait.
 
         Args:
@@ -148,7 +148,7 @@ class Cartesian:
         if len(effectors) != 1:
             raise NaoqiRefused("ALMotion: one effector is expected.")
         code = _codes(space, 1)
-        place = _changed(self._here(effectors[0], code[0]), _place(value, transforms))
+        place = _changed(self._commanded_pose(effectors[0], code[0]), _place(value, transforms))
         self._send(effectors, code, [place], _masks(mask, 1), speed)
 
     def _send(
@@ -160,7 +160,7 @@ class Cartesian:
         share: float,
     ) -> None:
         wanted = self._solved(names, self._spaces(codes), places, masks, ITERATIONS)
-        targets = {joint: wanted[INDEX_WITH_MIRROR[joint]] for joint in self._moved(names)}
+        targets = {joint: wanted[INDEX_WITH_MIRROR[joint]] for joint in self._moved_joints(names)}
         seconds = self._motion.time_to(list(targets), list(targets.values()), share)
         for joint, angle in targets.items():  # together, so that the feet stay flat during the motion
             self._joints.put_position(joint, [(seconds, angle)])
@@ -190,13 +190,13 @@ class Cartesian:
         pinned = {INDEX_WITH_MIRROR[joint]: angle for joint, angle in angles.items()}
         for slot, angle in pinned.items():
             position[slot] = angle
-        goals = [Goal(leg, place, masked_axes(_FLAT, np.eye(3))) for leg, place in feet.items()]
+        goals = [Goal(leg, place, masked_axes(_FLAT_FOOT_MASK, np.eye(3))) for leg, place in feet.items()]
         return self._inverse.solve(position, goals, ITERATIONS_ON_PATH, pinned)
 
-    def _here(self, name: str, code: int) -> Array:
+    def _commanded_pose(self, name: str, code: int) -> Array:
         return self._frames.transform(name, code, False)
 
-    def _moved(self, names: Sequence[str]) -> list[str]:
+    def _moved_joints(self, names: Sequence[str]) -> list[str]:
         """Joints that move for these effectors."""
         legs = CHAINS["LLeg"] + CHAINS["RLeg"]
         chains = dict.fromkeys(legs if name in (TORSO, *_FEET) else CHAINS[name] for name in names)
@@ -262,22 +262,22 @@ class Cartesian:
         moments = [times] if count == 1 and not _nested(times, 2) else _of_each(times, count, "times")
         found = []
         for name, code, mask, row, when in zip(effectors, codes, axes, rows, moments, strict=True):
-            start = self._here(name, code)
+            start = self._commanded_pose(name, code)
             places = [_place(place, transforms) for place in ([row] if _flat(row) else row)]
             if not absolute:
                 places = [_changed(start, place) for place in places]
             found.append(_Path(name, code, mask, start, places, _times(when, len(places))))
-        joints = self._moved(effectors)
+        joints = self._moved_joints(effectors)
         return self._tasks.begin(self._follow(found, joints), "positionInterpolations", joints, locks=True)
 
     def _follow(self, paths: list[_Path], joints: list[str]) -> MotionTask:
-        paths = [path._replace(start=self._here(path.effector, path.space)) for path in paths]
+        paths = [path._replace(start=self._commanded_pose(path.effector, path.space)) for path in paths]
         names, spaces = [path.effector for path in paths], self._spaces([path.space for path in paths])
         masks, began = [path.mask for path in paths], self._joints.now
         end = max(path.times[-1] for path in paths)
         moment = 0.0
         while moment < end:
-            moment = min(end, moment + STEP)
+            moment = min(end, moment + STEP_TIME)
             last = moment >= end
             places = [path.at(moment) for path in paths]
             wanted = self._solved(names, spaces, places, masks, ITERATIONS if last else ITERATIONS_ON_PATH)
@@ -288,30 +288,35 @@ class Cartesian:
             yield due
         return None
 
-    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT)
+    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT_NOTE)
     def _set_positions(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
-        self.go(names, spaces, values, speed, masks, transforms=False)
+        self.move(names, spaces, values, speed, masks, transforms=False)
 
-    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT)
+    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT_NOTE)
     def _change_position(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
         self.change(name, space, value, speed, mask, transforms=False)
 
-    @offers("ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST)
+    @offers(
+        "ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST_NOTE
+    )
     def _position_interpolations(
         self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
     ) -> Future[Any]:
         return self.along(names, spaces, paths, masks, times, absolute, transforms=False)
 
-    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT)
+    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT_NOTE)
     def _set_transforms(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
-        self.go(names, spaces, values, speed, masks, transforms=True)
+        self.move(names, spaces, values, speed, masks, transforms=True)
 
-    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT)
+    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT_NOTE)
     def _change_transform(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
         self.change(name, space, value, speed, mask, transforms=True)
 
     @offers(
-        "ALMotion.transformInterpolation", "ALMotion.transformInterpolations", kind="joints", partly=AT_REST
+        "ALMotion.transformInterpolation",
+        "ALMotion.transformInterpolations",
+        kind="joints",
+        partly=AT_REST_NOTE,
     )
     def _transform_interpolations(
         self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
@@ -332,9 +337,9 @@ def _flat(value: Any) -> bool:
     return isinstance(value, list) and not any(isinstance(item, list) for item in value)
 
 
-def _of_each(values: Any, count: int, what: str) -> list[Any]:
+def _of_each(values: Any, count: int, label: str) -> list[Any]:
     if not isinstance(values, list) or len(values) != count:
-        raise NaoqiRefused(f"{what} is {values!r:.60}; a list with one entry for each of {count} is expected.")
+        raise NaoqiRefused(f"{label} is {values!r:.60}; a list with one entry for each of {count} is expected.")
     return values
 
 
@@ -409,6 +414,6 @@ def pointing_angles(point: Sequence[float], arm: str, lengths: Lengths) -> dict[
     """
     sign = 1.0 if arm == "LArm" else -1.0
     x, y, z = point[0], point[1] - sign * lengths.ShoulderOffsetY, point[2] - lengths.ShoulderOffsetZ
-    angles = (-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT)
+    angles = (-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT_ELBOW)
     joints = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
     return {f"{arm[0]}{joint}": angle for joint, angle in zip(joints, angles, strict=True)}

@@ -17,11 +17,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
-from bridge.adapters.naoqi.core.sensing import CONTACT
+from bridge.adapters.naoqi.core.sensing import CONTACT_FORCE
 from bridge.adapters.naoqi.declared import flag, offers
 from bridge.body import TORSO, Body
-from bridge.body.cameras import LINK as CAMERA_LINK
-from bridge.body.cameras import cameras
+from bridge.body.cameras import CAMERA_LINK, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.kinematics import BodyTree, homogeneous, inverse
 from bridge.body.quantities import total_mass
@@ -254,7 +253,7 @@ class RobotFrames:
         corners = []
         sides: tuple[Side, Side] = ("L", "R")
         for i, side in enumerate(sides):
-            if sum(self._joints.frame.fsr[4 * i : 4 * i + 4]) > CONTACT:
+            if sum(self._joints.frame.fsr[4 * i : 4 * i + 4]) > CONTACT_FORCE:
                 foot = to_space @ self.in_torso(f"{side}Leg", links)
                 corners += [(foot @ (x, y, 0.0, 1.0))[:2] for x, y in sole_hull(self._joints.body, side)]
         if not corners:

@@ -16,13 +16,13 @@ from bridge.types import Array
 
 DAMPING: Final = 0.02
 """Of the least squares, in units of the weighted error (m)."""
-RADIAN: Final = 0.1
+METRES_PER_RADIAN: Final = 0.1
 """m that an error of 1 rad weighs."""
 MAX_STEP: Final = 0.3
 """rad of one iteration."""
-STALLED: Final = 1e-5
+STALLED_STEP: Final = 1e-5
 """rad of an iteration below which the search ends: the goal is out of reach."""
-CLOSE: Final = 1e-5
+ERROR_TOLERANCE: Final = 1e-5
 """Weighted error at which the search ends, m."""
 
 
@@ -44,7 +44,7 @@ def masked_axes(mask: int, R: Array) -> Array:
         R: the space's rotation in the Torso frame, (3, 3).
     """
     axes = np.zeros((6, 6))
-    axes[:3, :3], axes[3:, 3:] = R.T, RADIAN * R.T
+    axes[:3, :3], axes[3:, 3:] = R.T, METRES_PER_RADIAN * R.T
     return axes[[bool(mask >> bit & 1) for bit in range(6)]]
 
 
@@ -90,13 +90,13 @@ class InverseKinematics:
         for _ in range(iterations):
             J, error = self._linearized(q, goals, chains, slots)
             J[:, held] = 0.0
-            if np.abs(error).max(initial=0.0) < CLOSE:
+            if np.abs(error).max(initial=0.0) < ERROR_TOLERANCE:
                 break
             step = J.T @ np.linalg.solve(J @ J.T + DAMPING**2 * np.eye(len(error)), error)
             step *= min(1.0, MAX_STEP / max(np.abs(step).max(), 1e-9))
             before = q[slots]
             q[slots] = np.clip(before + step, lower, upper)
-            if np.abs(q[slots] - before).max() < STALLED:
+            if np.abs(q[slots] - before).max() < STALLED_STEP:
                 break
         return [float(x) for x in q]
 

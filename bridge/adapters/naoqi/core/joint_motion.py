@@ -32,7 +32,7 @@ from bridge.body.joints import degrees_warning
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
 
-STEP: Final = 0.020
+POINT_INTERVAL: Final = 0.020
 """s between two points: the cycle of ALMotion, which writes through the DCM (confirmed: vendor's pages)."""
 MAX_POINTS: Final = 400
 """Of one path; a DCM buffer takes 512."""
@@ -60,7 +60,7 @@ def smooth(start: float, values: Sequence[float], times: Sequence[float]) -> lis
     same = left * right > 0.0
     slope[1:-1][same] = 2.0 * left[same] * right[same] / (left[same] + right[same])
     curve = CubicHermiteSpline(t, y, slope)
-    count = max(1, min(MAX_POINTS, round(t[-1] / STEP)))
+    count = max(1, min(MAX_POINTS, round(t[-1] / POINT_INTERVAL)))
     at = np.linspace(0.0, t[-1], count + 1)[1:]
     points = [(float(moment), float(value)) for moment, value in zip(at, curve(at), strict=True)]
     points[-1] = (float(t[-1]), float(y[-1]))
@@ -101,7 +101,7 @@ class JointMotion:
         """Move to angles, each joint at its fraction of its largest speed; does not wait."""
         resolved = self._joints.names.resolve(names)
         targets = one_each(angles, len(resolved), "ALMotion.setAngles: angles")
-        self._go(resolved, targets, _fractions(speed, len(resolved)))
+        self._move(resolved, targets, _fractions(speed, len(resolved)))
 
     @offers("ALMotion.changeAngles", kind="joints")
     def change_angles(self, names: Any, changes: Any, speed: Any) -> None:
@@ -109,9 +109,9 @@ class JointMotion:
         resolved = self._joints.names.resolve(names)
         by = one_each(changes, len(resolved), "ALMotion.changeAngles: changes")
         targets = [self._joints.commanded(j) + change for j, change in zip(resolved, by, strict=True)]
-        self._go(resolved, targets, _fractions(speed, len(resolved)))
+        self._move(resolved, targets, _fractions(speed, len(resolved)))
 
-    def _go(self, joints: Sequence[str], targets: Sequence[float], fractions: Sequence[float]) -> None:
+    def _move(self, joints: Sequence[str], targets: Sequence[float], fractions: Sequence[float]) -> None:
         for joint, wanted, speed_fraction in _left_hip_last(zip(joints, targets, fractions, strict=True)):
             target = self._clipped(joint, wanted)
             seconds = abs(target - self._joints.commanded(joint)) / (speed_fraction * self._joints.speed(joint))
@@ -137,7 +137,7 @@ class JointMotion:
         def task() -> MotionTask:
             froms = [0.0 if absolute else self._joints.commanded(joint) for joint in joints]
             goals = [[start + value for value in values] for start, values in zip(froms, targets, strict=True)]
-            yield from self.through(joints, goals, moments)
+            yield from self.interpolate(joints, goals, moments)
 
         return self._tasks.begin(task(), "angleInterpolation", joints, locks=True)
 
@@ -150,7 +150,7 @@ class JointMotion:
 
         def task() -> MotionTask:
             every = [[self.time_to(joints, targets, speed)]] * len(joints)
-            yield from self.through(joints, [[target] for target in targets], every)
+            yield from self.interpolate(joints, [[target] for target in targets], every)
 
         return self._tasks.begin(task(), "angleInterpolationWithSpeed", joints, locks=True)
 
@@ -162,7 +162,7 @@ class JointMotion:
         )
         return max(max(durations, default=0.0) / speed_fraction, 0.001 * CYCLE)
 
-    def through(
+    def interpolate(
         self, joints: Sequence[str], targets: Sequence[Sequence[float]], times: Sequence[Sequence[float]]
     ) -> MotionTask:
         """The task of an interpolation: targets (rad) and times (s) for each joint."""
@@ -204,7 +204,7 @@ class JointMotion:
             self._joints.put_stiffness(joint, list(zip(moments, values, strict=True)))
         yield self._joints.now + round(1000.0 * max((moments[-1] for moments in times), default=0.0))
 
-    def hand(self, name: Any, opening: float) -> Future[Any]:
+    def move_hand(self, name: Any, opening: float) -> Future[Any]:
         """Open (1) or close (0) a hand; waits for the end.
 
         Raises:
@@ -247,7 +247,7 @@ class JointMotion:
 
     def _end(self, tasks: Sequence[RunningTask], joints: set[str]) -> None:
         self._joints.stop(sorted(joints.union(*(task.joints for task in tasks))))
-        self._tasks.end_these(tasks)
+        self._tasks.stop_tasks(tasks)
 
     @offers("ALMotion.getLimits")
     def get_limits(self, name: Any) -> list[list[float]]:
@@ -286,11 +286,11 @@ class JointMotion:
 
     @offers("ALMotion.openHand", kind="joints")
     def _open_hand(self, name: Any) -> Any:
-        return self.hand(name, 1.0)
+        return self.move_hand(name, 1.0)
 
     @offers("ALMotion.closeHand", kind="joints")
     def _close_hand(self, name: Any) -> Any:
-        return self.hand(name, 0.0)
+        return self.move_hand(name, 0.0)
 
     answers = Answers(
         {

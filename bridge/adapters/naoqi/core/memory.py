@@ -197,7 +197,7 @@ def _names(keys: Any, method: str) -> list[str]:
     return keys
 
 
-HISTORY: Final = 10
+MAX_HISTORY: Final = 10
 """Kept values of an event (assumed)."""
 Publish = Callable[[str, Any, list[list[Any]]], None]
 """Publishes an event: its name, its value, and `[module, method, message]` of each module to be called.
@@ -236,7 +236,7 @@ class Events:
         Raises:
             NaoqiRefused: not a name, or too many.
         """
-        self._know("declareEvent", name)
+        self._declare_new("declareEvent", name)
         self._declared[name] = text(extractor, "ALMemory.declareEvent: extractor")
         if value is not None:
             self._memory.put(name, value)
@@ -248,12 +248,12 @@ class Events:
         Raises:
             NaoqiRefused: not a name, or too many.
         """
-        self._know("raiseEvent", name)
+        self._declare_new("raiseEvent", name)
         self._memory.put(name, value)
-        past = self._history.setdefault(name, deque(maxlen=HISTORY))
+        past = self._history.setdefault(name, deque(maxlen=MAX_HISTORY))
         past.append([value, stamp()])
-        told = self._subscriptions.get(name, {}).values()
-        self._publish(name, value, [[one.module, one.method, one.message] for one in told])
+        subscriptions = self._subscriptions.get(name, {}).values()
+        self._publish(name, value, [[one.module, one.method, one.message] for one in subscriptions])
 
     @offers("ALMemory.raiseMicroEvent")
     def raise_micro(self, name: Any, value: Any) -> None:
@@ -261,7 +261,7 @@ class Events:
         self.raise_event(name, value)
         self._micro.add(name)
 
-    def _know(self, method: str, name: Any) -> None:
+    def _declare_new(self, method: str, name: Any) -> None:
         if not isinstance(name, str) or (len(self._declared) >= MAX_DATA and name not in self._declared):
             raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
         self._declared.setdefault(name, "")
@@ -284,7 +284,7 @@ class Events:
                 "ALMemory.subscribeToEvent takes (event, module, method) or (event, module, message, method)."
             )
         *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
-        self._know("subscribeToEvent", name)
+        self._declare_new("subscribeToEvent", name)
         subscription = _EventSubscription(module, method, message[0] if message else "")
         self._subscriptions.setdefault(name, {})[module] = subscription
 

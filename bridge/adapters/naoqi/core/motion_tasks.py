@@ -15,7 +15,7 @@ MotionTask = Generator[int, None, Any]
 """Yields the moment of its next step (robot time, ms); returns the result of its call."""
 
 
-def robot_gone() -> NaoqiRefused:
+def robot_lost() -> NaoqiRefused:
     """Error of a call that waits for a motion of a lost robot."""
     return NaoqiRefused("The robot went away before the motion ended.")
 
@@ -74,7 +74,7 @@ class MotionTasks:
             NaoqiRefused: the robot is lost.
         """
         if self._abandoned:
-            raise robot_gone()
+            raise robot_lost()
         done: Future[Any] = Future()
         number = next(self._numbers)
         steps = self._postponed(task, number, set(joints)) if locks else task
@@ -104,14 +104,14 @@ class MotionTasks:
 
     def end(self) -> None:
         """Stop all tasks."""
-        self.end_these(list(self._running))
+        self.stop_tasks(list(self._running))
 
     def abandon(self) -> None:
         """Fail all tasks, and refuse further ones, after the loss of the robot."""
         self._abandoned = True
-        self.end_these(list(self._running), robot_gone())
+        self.stop_tasks(list(self._running), robot_lost())
 
-    def end_these(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
+    def stop_tasks(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
         """Stop some tasks; their callers get the error, or the result of a stopped motion."""
         numbers = {task.number for task in tasks}
         self._running = [task for task in self._running if task.number not in numbers]
@@ -155,9 +155,9 @@ def pass_on(result: Any, done: Future[Any]) -> None:
     result.add_done_callback(copy)
 
 
-MAX_POSTS: Final = 10_000
+MAX_CALLS: Final = 10_000
 """Running calls at most."""
-LONGEST_WAIT: Final = 3_600_000
+MAX_WAIT: Final = 3_600_000
 """ms that a call may wait for another."""
 
 
@@ -187,8 +187,8 @@ class AsyncCalls:
         """
         key = next(self._numbers)
         if isinstance(result, Future):
-            if len(self._running) >= MAX_POSTS:
-                raise NaoqiRefused(f"{MAX_POSTS} calls run already; wait for some.")
+            if len(self._running) >= MAX_CALLS:
+                raise NaoqiRefused(f"{MAX_CALLS} calls run already; wait for some.")
             self._running[key] = result
             if end is not None:
                 self._ends[key] = end
@@ -238,7 +238,7 @@ class AsyncCalls:
         for tasks in self._tasks:
             for task in tasks.of(done):
                 if not (task.joints and self._end_motion(task.number)):
-                    tasks.end_these([task])
+                    tasks.stop_tasks([task])
                 return True
         end = self._ends.get(wanted)
         if end is not None:

@@ -16,7 +16,7 @@ from bridge.types import Vec2
 
 logger = logging.getLogger(__name__)
 
-FARTHEST: Final = 3.0
+MAX_DISTANCE: Final = 3.0
 """Longest way of `navigateTo`, m (vendor's page)."""
 
 
@@ -62,8 +62,8 @@ class Navigation:
     def navigate_to(self, x: float, y: float, config: Pairs | None = None) -> Any:
         """Walk to a place relative to the robot, m; false: too far, and no walk begins."""
         method = "ALNavigation.navigateTo"
-        if math.hypot(x, y) >= FARTHEST:
-            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, x, y, FARTHEST)
+        if math.hypot(x, y) >= MAX_DISTANCE:
+            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, x, y, MAX_DISTANCE)
             return False
         factors = [number(value, f"{method}: {name}") for name, value in config or () if name == "SpeedFactor"]
         speed = [["MaxStepFrequency", min(1.0, max(0.0, factors[-1]))]] if factors else []

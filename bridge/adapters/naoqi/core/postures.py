@@ -18,8 +18,8 @@ from bridge.motion import GetUp, Motion, MotionPlayer, get_up_motions, lying, mo
 from bridge.stance import stands
 
 Family = Literal["Standing", "Sitting", "LyingBelly", "LyingBack", "Unknown"]
-_LYING: Final[dict[str, Family]] = {"front": "LyingBelly", "back": "LyingBack"}
-_STEPS: Final[dict[str, tuple[Family, str]]] = {
+_LYING_FAMILIES: Final[dict[str, Family]] = {"front": "LyingBelly", "back": "LyingBack"}
+_TRANSITIONS: Final[dict[str, tuple[Family, str]]] = {
     "Sitting": ("Standing", "sit-down"),
     "LyingBelly": ("Standing", "lie-down-front"),
     "LyingBack": ("Sitting", "lie-down-back"),
@@ -45,7 +45,7 @@ class PostureTransitions:
         below = lying(frame.angle)
         if below == "upright":
             return "Standing" if stands(self._joints.body, frame) else "Sitting"
-        return _LYING.get(below, "Unknown")
+        return _LYING_FAMILIES.get(below, "Unknown")
 
     def to(self, family: Family) -> MotionTask:
         """The task of a transition to a family; its result is whether the robot is in it.
@@ -65,7 +65,7 @@ class PostureTransitions:
             if lying(self._joints.frame.angle) not in motions:
                 raise NaoqiRefused(f"ALRobotPosture.goToPosture: no motion gets a {body.name} up from here.")
             return [GetUp(motions, body)]
-        before, kind = _STEPS[family]
+        before, kind = _TRANSITIONS[family]
         motion: Motion | None = motion_for(kind, body)
         if motion is None:
             raise NaoqiRefused(
@@ -127,21 +127,21 @@ _FAMILY_NAMES: Final = (
 LEG_SPEED: Final = 1.0
 """rad/s of a leg joint between postures at most, at speed 1: the robot tips over at faster ones (the robot's
 own planner is not published; assumed)."""
-_SIT_SPEED: Final = 0.3
+_SIT_LEG_SPEED: Final = 0.3
 """rad/s, the same into `Sit` at any speed: with its knees up an emulated robot leans back by 20 degrees, and
 tips over from 25 on."""
 _MAX_DEVIATION: Final = 0.25
 """Largest deviation of the legs from a posture, rad (assumed)."""
-_STIFFENING: Final = 0.5
+_STIFFEN_TIME: Final = 0.5
 """Duration of a change of the stiffness by waking and resting, s."""
-_SETTLING: Final = 300
+_SETTLE_TIME: Final = 300
 """ms from a command to its measurement (assumed)."""
-_STILL: Final = 0.1
-"""rad/s; the torso may be falling if it turned faster within the last `_SETTLING` (assumed)."""
-_LONGEST_SETTLING: Final = 3000
+_MAX_STILL_RATE: Final = 0.1
+"""rad/s; the torso may be falling if it turned faster within the last `_SETTLE_TIME` (assumed)."""
+_MAX_SETTLE_TIME: Final = 3000
 """ms after which the posture is judged in any motion: a fall takes less."""
 REST_SPEED: Final = 0.6
-LEGS_AT_REST: Final = 0.1
+REST_STIFFNESS: Final = 0.1
 """Stiffness of the legs at rest; all else gets 0, as all does on the robot. Without it, knees and ankles rest
 at the ends of their ranges, and the torso turns backwards about the limp hips within 4 s (V5 and V6 on
 PyBullet, V3 on MuJoCo). From 0.05 on it stays, as it does with twice the assumed dry friction (V5 on
@@ -149,14 +149,14 @@ PyBullet)."""
 _LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
 
 
-def _known(name: Any, what: str) -> str:
-    posture = text(name, what)
+def _checked_posture(name: Any, label: str) -> str:
+    posture = text(name, label)
     if posture not in POSTURES:
         raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
     return posture
 
 
-Posture = Annotated[str, _known]
+Posture = Annotated[str, _checked_posture]
 
 
 class Postures:
@@ -235,7 +235,7 @@ class Postures:
         joints = self._joints.names.resolve(part)
         if not set(joints) & set(_LEGS):
             return self._tasks.begin(
-                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFENING]] * len(joints)),
+                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFEN_TIME]] * len(joints)),
                 "rest",
                 joints,
             )
@@ -243,18 +243,18 @@ class Postures:
         def task() -> MotionTask:
             if self._transitions.family() == "Standing" and self.now() != "Crouch":
                 yield from self._reach("Crouch", REST_SPEED)
-            yield from self._stiffen(0.0, legs=LEGS_AT_REST)
+            yield from self._stiffen(0.0, legs=REST_STIFFNESS)
             self.awake = False
 
         return self._tasks.begin(task(), "rest", self._all)
 
     def _stiffen(self, value: float, legs: float) -> MotionTask:
         values = [[legs if joint in _LEGS else value] for joint in self._all]
-        yield from self._motion.stiffen(self._all, values, [[_STIFFENING]] * len(self._all))
+        yield from self._motion.stiffen(self._all, values, [[_STIFFEN_TIME]] * len(self._all))
 
     def _stiffen_and_reach(self, posture: str, speed_fraction: float) -> MotionTask:
         """Stiffen limp joints and move; whether the robot is in the posture then, upright if it should be."""
-        if min(self._joints.stiffness(joint) for joint in self._all) <= LEGS_AT_REST:
+        if min(self._joints.stiffness(joint) for joint in self._all) <= REST_STIFFNESS:
             yield from self._stiffen(1.0, legs=1.0)
             self.awake = True
         yield from self._reach(posture, speed_fraction)
@@ -264,8 +264,8 @@ class Postures:
     def _settle(self) -> MotionTask:
         """Wait until the torso is still."""
         begin = moved = self._joints.now
-        while self._joints.now < min(moved + _SETTLING, begin + _LONGEST_SETTLING):
-            if max(map(abs, self._joints.frame.gyroscope)) > _STILL:
+        while self._joints.now < min(moved + _SETTLE_TIME, begin + _MAX_SETTLE_TIME):
+            if max(map(abs, self._joints.frame.gyroscope)) > _MAX_STILL_RATE:
                 moved = self._joints.now
             yield self._joints.now + 1
 
@@ -279,10 +279,10 @@ class Postures:
         targets = {j: position[INDEX_WITH_MIRROR[j]] for j in self._all}
         angles = (abs(targets[j] - self._joints.commanded(j)) for j in _LEGS if j in targets)
         speed = LEG_SPEED * speed_fraction
-        slowest = max(angles) / (min(speed, _SIT_SPEED) if posture == "Sit" else speed)
+        slowest = max(angles) / (min(speed, _SIT_LEG_SPEED) if posture == "Sit" else speed)
         seconds = max(slowest, self._motion.time_to(self._all, list(targets.values()), speed_fraction))
         values = [[value] for value in targets.values()]
-        yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
+        yield from self._motion.interpolate(self._all, values, [[seconds]] * len(self._all))
         return True
 
     @offers("ALRobotPosture.setMaxTryNumber", partly="one try is made")

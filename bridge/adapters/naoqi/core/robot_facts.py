@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.declared import KEPT, Answers, Setting, offers
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Setting, offers
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 
@@ -29,11 +29,17 @@ _VERSIONS: Final = {
 """Data sheet -> version of head and body, and of its NAOqi (assumed: one of several)."""
 
 
-_BODY: Final = ("Device/LeftArm", "Device/RightArm", "Device/Hand/Left", "Device/Hand/Right", "Device/Legs")
-_VERSIONED: Final = ("Head", "Body", *(f"Body/{part}" for part in _BODY))
+_BODY_PARTS: Final = (
+    "Device/LeftArm",
+    "Device/RightArm",
+    "Device/Hand/Left",
+    "Device/Hand/Right",
+    "Device/Legs",
+)
+_VERSIONED_PARTS: Final = ("Head", "Body", *(f"Body/{part}" for part in _BODY_PARTS))
 """Parts with a key for their version (confirmed: a log of NAOqi 2.1, and the keys of ROS drivers); here the
 body's."""
-MICROPHONES: Final = "2"
+MICROPHONES_VERSION: Final = "2"
 """Version of the microphones (confirmed: a log of NAOqi 2.1)."""
 
 
@@ -73,8 +79,8 @@ class RobotConfig:
             "RobotConfig/Body/BaseVersion": version,
             "RobotConfig/Head/BaseVersion": version,
             "RobotConfig/Head/FullHeadId": serial,
-            **{f"RobotConfig/{part}/Version": version[1:] for part in _VERSIONED},
-            "RobotConfig/Head/Device/Micro/Version": MICROPHONES,
+            **{f"RobotConfig/{part}/Version": version[1:] for part in _VERSIONED_PARTS},
+            "RobotConfig/Head/Device/Micro/Version": MICROPHONES_VERSION,
             "RobotConfig/Body/SoftwareRequirement": self.naoqi_version,
             "Device/DeviceList/ChestBoard/BodyId": serial,
             "Device/DeviceList/ChestBoard/BodyNickName": self.name,
@@ -135,7 +141,7 @@ class RobotFacts:
             "ALRobotModel.hasHands": lambda self: self._config.hands,
             "ALRobotModel.getConfigMap": lambda self: _preferences(self._config),
             "ALRobotModel._getConfigMap": lambda self: _preferences(self._config),
-            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES),
+            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES_VERSION),
             "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
             "ALConnectionManager.state": lambda self: "ready",
             "ALConnectionManager.technologies": lambda self: ["ethernet"],
@@ -200,7 +206,7 @@ def _xml(preferences: Mapping[str, str]) -> str:
     return "\n".join([head, *lines, "</ModulePreference>"])
 
 
-_READ_BY_GET: Final = ("ALMotion", "ALAutonomousMoves")
+_GET_READERS: Final = ("ALMotion", "ALAutonomousMoves")
 """Services with readers `get...` of their switches; others have `is...`."""
 _OF_A_PART: Final = ("IdlePostureEnabled", "ExternalCollisionProtectionEnabled", "Parameter")
 """Settings of a chain, protection or name, which is the first argument."""
@@ -238,9 +244,9 @@ check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm); others are assumed except
 def _setting(name: str, default: Any) -> Setting:
     service, _, setting = name.partition(".")
     kind = {bool: bool, int: float, float: float, str: str}.get(type(default), Any)
-    reader = "is" if kind is bool and service not in _READ_BY_GET else "get"
+    reader = "is" if kind is bool and service not in _GET_READERS else "get"
     part = setting in _OF_A_PART
-    return Setting(name, default, kind, KEPT, reader=reader, returns=True, of_part=part)
+    return Setting(name, default, kind, NO_EFFECT, reader=reader, returns=True, of_part=part)
 
 
 class _Others:

@@ -15,7 +15,7 @@ from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, number, offers
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import absent_joints
@@ -24,9 +24,9 @@ from bridge.messages import SensorFrame
 from bridge.messages.dcm import PREFIX
 from bridge.stance import FALLEN_TILT
 
-CONTACT: Final = 5.0
+CONTACT_FORCE: Final = 5.0
 """Force on a sole (or on both together) from which it touches the ground, N (assumed)."""
-_SECOND: Final = 100
+_SLOW_CYCLES: Final = 100
 """Cycles between two checks of slow quantities."""
 _BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
 _EVENTS: Final = {
@@ -46,12 +46,12 @@ _EVENTS: Final = {
     "RHand/Touch/Right": "HandRightRightTouched",
 }
 """Button -> its event; both bumpers of a foot have the same."""
-_FIRST: Final[dict[str, Any]] = {
+_INITIAL_VALUES: Final[dict[str, Any]] = {
     "ALMotion/RobotIsFalling": False,
-    **{f"ALMotion/Stiffness/{what}": False for what in ("wakeUpStarted", "wakeUpFinished")},
-    **{f"ALMotion/Stiffness/{what}": False for what in ("restStarted", "restFinished")},
-    **{f"Sonar{side}{what}Detected": 0.0 for side in ("Left", "Right") for what in ("", "Nothing")},
-    **{f"ALTracker/{what}": "" for what in ("TargetLost", "TargetReached", "TargetDetected")},
+    **{f"ALMotion/Stiffness/{event}": False for event in ("wakeUpStarted", "wakeUpFinished")},
+    **{f"ALMotion/Stiffness/{event}": False for event in ("restStarted", "restFinished")},
+    **{f"Sonar{side}{event}Detected": 0.0 for side in ("Left", "Right") for event in ("", "Nothing")},
+    **{f"ALTracker/{event}": "" for event in ("TargetLost", "TargetReached", "TargetDetected")},
     "ALTracker/ActiveTargetChanged": "",
     "ALAnimatedSpeech/EndOfAnimatedSpeech": 0,
     "ALBasicAwareness/HumanTracked": -1,
@@ -100,23 +100,23 @@ class RobotEvents:
         events.declare("TouchChanged", "ALTouch", [])
         self._watched = [
             _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN_TILT), quiet=0.0),
-            _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT),
+            _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT_FORCE),
             _Watched("robotIsWakeUp", lambda _: postures.awake),
-            _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SECOND),
-            _Watched("PostureChanged", lambda _: postures.now(), _SECOND),
-            _Watched("PostureFamilyChanged", lambda _: postures.family(), _SECOND),
-            _Watched("BatteryChargeChanged", lambda f: round(100.0 * f.battery[0]), _SECOND),
-            _Watched("HotJointDetected", hot_joints, _SECOND),
-            *(_Watched(event, _flag(bit), _SECOND) for event, bit in BATTERY_FLAGS.items()),
+            _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SLOW_CYCLES),
+            _Watched("PostureChanged", lambda _: postures.now(), _SLOW_CYCLES),
+            _Watched("PostureFamilyChanged", lambda _: postures.family(), _SLOW_CYCLES),
+            _Watched("BatteryChargeChanged", lambda f: round(100.0 * f.battery[0]), _SLOW_CYCLES),
+            _Watched("HotJointDetected", hot_joints, _SLOW_CYCLES),
+            *(_Watched(event, _flag(bit), _SLOW_CYCLES) for event, bit in BATTERY_FLAGS.items()),
         ]
         self._values = {watched.event: watched.value(frame) for watched in self._watched}
-        for event, value in (_FIRST | self._values).items():
+        for event, value in (_INITIAL_VALUES | self._values).items():
             events.declare(event, "", value)
         memory.provide(
             {
-                "footContact": lambda: float(sum(self._frame.fsr) > CONTACT),
-                "leftFootContact": lambda: float(sum(self._frame.fsr[:4]) > CONTACT),
-                "rightFootContact": lambda: float(sum(self._frame.fsr[4:]) > CONTACT),
+                "footContact": lambda: float(sum(self._frame.fsr) > CONTACT_FORCE),
+                "leftFootContact": lambda: float(sum(self._frame.fsr[:4]) > CONTACT_FORCE),
+                "rightFootContact": lambda: float(sum(self._frame.fsr[4:]) > CONTACT_FORCE),
                 "leftFootTotalWeight": lambda: sum(self._frame.fsr[:4]) / KILOGRAM,
                 "rightFootTotalWeight": lambda: sum(self._frame.fsr[4:]) / KILOGRAM,
             }
@@ -147,9 +147,9 @@ class RobotEvents:
             self._touched(before.touch, frame.touch)
         for watched in self._watched:
             if self._count % watched.every == 0:
-                self._look(watched)
+                self._check(watched)
 
-    def _look(self, watched: _Watched) -> None:
+    def _check(self, watched: _Watched) -> None:
         value = watched.value(self._frame)
         if value == self._values[watched.event]:
             return
@@ -182,7 +182,7 @@ def _flag(bit: int) -> Callable[[SensorFrame], bool]:
     return lambda frame: bool(int(frame.battery[2]) & bit)
 
 
-QUIET: Final = {
+QUIET_SERVICES: Final = {
     "ALPeoplePerception": "PeoplePerception/PeopleDetected",
     "ALSoundDetection": "SoundDetected",
     "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
@@ -194,13 +194,13 @@ QUIET_VISION: Final = {
     "ALMovementDetection": "MovementDetection/MovementDetected",
     "ALVisionRecognition": "PictureDetected",
 }
-"""As `QUIET`, of services with a camera."""
+"""As `QUIET_SERVICES`, of services with a camera."""
 MAX_SUBSCRIBERS = 1000
-_LONGEST = 3_600_000
+_MAX_PERIOD = 3_600_000
 """ms"""
 
 
-Period = Annotated[int, Range(0, _LONGEST, "ms")]
+Period = Annotated[int, Range(0, _MAX_PERIOD, "ms")]
 
 
 class Extractor:
@@ -315,7 +315,7 @@ class VisionExtractor(Extractor):
         self.camera = 0
         """0 top, 1 bottom."""
         self._paused = False
-        self._kept: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
+        self._settings: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
         """Settings without effect here, with their initial values (assumed)."""
 
     @property
@@ -332,21 +332,21 @@ class VisionExtractor(Extractor):
     def _pause(self, paused: bool) -> None:
         self._paused = paused
 
-    def _keep(self, name: str, values: Sequence[Any], most: float) -> bool:
+    def _store(self, name: str, values: Sequence[Any], most: float) -> bool:
         """Store a value, the only argument or the one after a subscriber's name."""
         method = f"{self.service}.set{name}"
         if len(values) not in (1, 2):
             raise NaoqiRefused(f"{method} takes a value, or a name and a value.")
-        self._kept[name] = round(number(values[-1], method, 0, most))
+        self._settings[name] = round(number(values[-1], method, 0, most))
         return True
 
-    @offers(".setFrameRate", partly=KEPT)
+    @offers(".setFrameRate", partly=NO_EFFECT)
     def _set_frame_rate(self, *values: Any) -> Any:
-        return self._keep("FrameRate", values, 30)
+        return self._store("FrameRate", values, 30)
 
-    @offers(".setResolution", partly=KEPT)
+    @offers(".setResolution", partly=NO_EFFECT)
     def _set_resolution(self, *values: Any) -> Any:
-        return self._keep("Resolution", values, 8)
+        return self._store("Resolution", values, 8)
 
     @offers(".setParameter", partly="without effect")
     def _set_parameter(self, name: str, value: Any) -> Any:
@@ -357,13 +357,13 @@ class VisionExtractor(Extractor):
             ".getActiveCamera": lambda self: self.camera,
             ".isPaused": lambda self: self._paused,
             ".isProcessing": lambda self: self.processing,
-            ".getFrameRate": lambda self: self._kept["FrameRate"],
-            ".getResolution": lambda self: self._kept["Resolution"],
+            ".getFrameRate": lambda self: self._settings["FrameRate"],
+            ".getResolution": lambda self: self._settings["Resolution"],
         }
     )
 
 
-NEAR: Final = 0.5
+SONAR_NEAR: Final = 0.5
 """Range of the sonar's detection, m (confirmed: vendor's page)."""
 _SIDES: Final = ("Left", "Right")
 
@@ -378,7 +378,7 @@ class Sonar:
 
     def __init__(self, joints: Joints, events: Events) -> None:
         self._joints, self._events = joints, events
-        raised = [f"Sonar{side}{what}" for side in _SIDES for what in ("Detected", "NothingDetected")]
+        raised = [f"Sonar{side}{event}" for side in _SIDES for event in ("Detected", "NothingDetected")]
         keys = [PREFIX + key for key in SONAR_KEYS]
         self.extractor = Extractor(
             "ALSonar", events, raised, keys, left_out="period and precision are without effect"
@@ -391,7 +391,7 @@ class Sonar:
             self._near = [None, None]
             return
         for i, (side, distance) in enumerate(zip(_SIDES, self._joints.frame.sonar, strict=True)):
-            near = distance <= NEAR
+            near = distance <= SONAR_NEAR
             if near is not self._near[i]:
                 self._near[i] = near
                 self._events.raise_event(f"Sonar{side}{'' if near else 'Nothing'}Detected", distance)
@@ -440,11 +440,11 @@ class BatteryAndHeat:
         }
     )
 
-    @offers("ALBattery.enablePowerMonitoring", partly=KEPT)
+    @offers("ALBattery.enablePowerMonitoring", partly=NO_EFFECT)
     def _monitor(self, enabled: bool) -> None:
         """Without effect."""
 
-    @offers("ALBodyTemperature.setEnableNotifications", partly=KEPT)
+    @offers("ALBodyTemperature.setEnableNotifications", partly=NO_EFFECT)
     def _notify(self, enabled: bool) -> None:
         self._notifies = enabled
 

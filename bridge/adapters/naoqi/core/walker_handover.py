@@ -17,7 +17,7 @@ from typing import Any, Final, Protocol
 
 import msgspec
 
-from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_gone
+from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_lost
 from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused, WalkRefused
 from bridge.link.client import WalkClient
 from bridge.messages.walk import WalkStatus
@@ -27,15 +27,15 @@ from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
 
-_POLL: Final = 0.1
+_POLL_INTERVAL: Final = 0.1
 """s between two queries of the walker's status."""
-_FAST_POLL: Final = 0.02
+_FAST_POLL_INTERVAL: Final = 0.02
 """s, while a call waits for a change of the walker's state."""
 _MAX_WAIT: Final = 30.0
 """s that a walker may take to start, and to stop the robot."""
-_LEASE: Final = 5.0
+_LEASE_TIMEOUT: Final = 5.0
 """s that a killed walker may hold the robot."""
-_MAX_CYCLES: Final = 200
+_MAX_START_CYCLES: Final = 200
 """Cycles from an accepted walk to its first step."""
 _WALKING: Final = ("walk", "stopping")
 
@@ -250,7 +250,7 @@ class WalkerHandover:
         here = self._status.position if self._status else (0.0, 0.0, 0.0)
         return [*planar_point(self._origin, here), self._origin[2] + here[2]]
 
-    def to_go(self) -> Vec3 | None:
+    def remaining_way(self) -> Vec3 | None:
         """The way to the goal of the walk in the robot's frame, m and rad; None: it has none."""
         if self._goal is None:
             return None
@@ -289,7 +289,7 @@ class WalkerHandover:
     def _run(self) -> None:
         while True:
             try:
-                job = self._jobs.get(timeout=_POLL)
+                job = self._jobs.get(timeout=_POLL_INTERVAL)
             except queue.Empty:
                 self._poll()
                 continue
@@ -301,9 +301,9 @@ class WalkerHandover:
             except Exception as error:
                 done.set_exception(error)
         self._end_walker()
-        self._finish(robot_gone())
+        self._finish(robot_lost())
 
-    def warm(self) -> Future[Any]:
+    def prestart(self) -> Future[Any]:
         """Start an idle walker, so that the first walk begins at once; done after the start or its failure."""
 
         def job() -> None:
@@ -351,7 +351,7 @@ class WalkerHandover:
             except NaoHilError:
                 if not self._walker.running or time.monotonic() > deadline:
                     raise
-                time.sleep(_FAST_POLL)  # it still starts
+                time.sleep(_FAST_POLL_INTERVAL)  # it still starts
 
     def _prepare(self) -> None:
         """Have the walker hold the robot, and wait for the stand."""
@@ -363,13 +363,13 @@ class WalkerHandover:
                 raise NaoqiRefused("The robot has fallen.")
             if not self._walker.running or time.monotonic() > deadline:
                 raise NaoqiRefused("The walker did not bring the robot to a stand.")
-            time.sleep(_FAST_POLL)
-            self._see(self._client.status())
+            time.sleep(_FAST_POLL_INTERVAL)
+            self._store_status(self._client.status())
 
-    def _see(self, status: WalkStatus) -> None:
+    def _store_status(self, status: WalkStatus) -> None:
         """Store the walker's state; an accepted walk counts as one before it begins."""
         if self._accepted and status.state not in (*_WALKING, "fallen"):
-            if status.seq <= self._accepted + _MAX_CYCLES:
+            if status.seq <= self._accepted + _MAX_START_CYCLES:
                 status = msgspec.structs.replace(status, state="walk")
         else:
             self._accepted = 0
@@ -389,7 +389,7 @@ class WalkerHandover:
             self._goal = None
             raise
         self._accepted = status.seq
-        self._see(status)
+        self._store_status(status)
 
     def _stop_walk(self) -> None:
         if self._client is not None:
@@ -399,14 +399,14 @@ class WalkerHandover:
 
     def _interrupt(self) -> None:
         """Note that the present walk does not reach its goal."""
-        self._ends = {ended: told and False for ended, told in self._ends.items()}
+        self._ends = {ended: interrupted and False for ended, interrupted in self._ends.items()}
 
     def _poll(self) -> None:
         """Query the walker's status; at the end of a walk waiting calls return."""
         if not self._holds or self._walker is None or self._client is None:
             return
         try:
-            self._see(self._client.status())
+            self._store_status(self._client.status())
         except NaoHilError as error:
             if not self._walker.running:
                 reason = self._end_walker()
@@ -421,9 +421,9 @@ class WalkerHandover:
 
     def _finish(self, error: Exception | None) -> None:
         ends, self._ends, self._goal = self._ends, {}, None
-        for ended, told in ends.items():
+        for ended, interrupted in ends.items():
             if error is None:
-                ended.set_result(told)
+                ended.set_result(interrupted)
             else:
                 ended.set_exception(error)
 
@@ -435,31 +435,31 @@ class WalkerHandover:
             self._stop_walk()
             deadline = time.monotonic() + _MAX_WAIT
             while self.active and time.monotonic() < deadline:
-                time.sleep(_FAST_POLL)
-                self._see(self._client.status())
+                time.sleep(_FAST_POLL_INTERVAL)
+                self._store_status(self._client.status())
         self._finish(None)
         try:
             assert self._client is not None
             self._client.release()
-            self._keep_position()
+            self._store_position()
         except NaoHilError:
             self._end_walker()
         self._reclaim()
 
     def _reclaim(self) -> None:
         """Take the joints back; a killed walker holds them for the time of its lease."""
-        deadline = time.monotonic() + _LEASE
+        deadline = time.monotonic() + _LEASE_TIMEOUT
         while True:
             try:
                 self._owner.take_back()
             except LeaseRefused:
                 if time.monotonic() > deadline:
                     raise
-                time.sleep(_POLL)
+                time.sleep(_POLL_INTERVAL)
             else:
                 return
 
-    def _keep_position(self) -> None:
+    def _store_position(self) -> None:
         """Store the robot's pose at the end of the walker's odometry."""
         x, y, yaw = self.position()
         self._origin, self._status = (x, y, yaw), None
@@ -467,7 +467,7 @@ class WalkerHandover:
 
     def _end_walker(self) -> str:
         """End the walker; its last sentence, or an empty text."""
-        self._keep_position()
+        self._store_position()
         client, self._client = self._client, None
         walker, self._walker = self._walker, None
         if client is not None:

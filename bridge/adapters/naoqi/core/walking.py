@@ -40,13 +40,13 @@ _LIMITS: Final = {
 }
 _FEET: Final = ("Left", "Right")
 _KINDS: Final = ("Default", "Min", "Max")
-_BACKWARD: Final = 0.04
+_MAX_BACKWARD_STEP: Final = 0.04
 """Longest step backwards, m."""
-_APART: Final = 0.1
-_NEAREST: Final = 0.088
+_FEET_DISTANCE: Final = 0.1
+_MIN_FEET_DISTANCE: Final = 0.088
 """Distance of the feet in a stand, and the least one, m."""
-_SLOWEST: Final = 0.6
-QUICKEST: Final = 0.42
+_MAX_STEP_TIME: Final = 0.6
+MIN_STEP_TIME: Final = 0.42
 """s of a step."""
 
 
@@ -112,12 +112,14 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
             given |= _given(method, config)
     quickness = number(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
     feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
-    periods = [_SLOWEST + quickness * of["MaxStepFrequency"] * (QUICKEST - _SLOWEST) for of in feet]
-    across = [of["MaxStepY"] - max(_NEAREST, 2.0 * _APART - of["MaxStepY"]) for of in feet]
+    periods = [
+        _MAX_STEP_TIME + quickness * of["MaxStepFrequency"] * (MIN_STEP_TIME - _MAX_STEP_TIME) for of in feet
+    ]
+    across = [of["MaxStepY"] - max(_MIN_FEET_DISTANCE, 2.0 * _FEET_DISTANCE - of["MaxStepY"]) for of in feet]
     both = sum(periods)
     return FullSpeed(
         sum(of["MaxStepX"] for of in feet) / both,
-        2.0 * _BACKWARD / both,
+        2.0 * _MAX_BACKWARD_STEP / both,
         0.5 * sum(across) / both,
         sum(of["MaxStepTheta"] for of in feet) / both,
     )
@@ -146,11 +148,9 @@ def _as_number(value: Any) -> Any:
         return value
 
 
-_WIDTH: Final = 0.1
-"""Distance of the feet where a robot stands, m."""
 _FIXED_STEPS: Final = 2
 """Fixed footsteps: as many as in the vendor's preview of 0.8 s."""
-_LONGEST: Final = 1.0
+_MAX_FOOTSTEP: Final = 1.0
 """m and rad in a footstep; NAOqi's own bound is a tenth."""
 
 
@@ -192,7 +192,7 @@ class WalkingMethods:
     def _toward(
         self, method: str, fractions: Sequence[Any], frequency: Any, config: Sequence[Any]
     ) -> Future[Any]:
-        wanted = self._possible(method, _three(method, fractions, 1.0))
+        wanted = self._checked_velocity(method, _three(method, fractions, 1.0))
         full = full_speed(method, config, frequency)
         return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
 
@@ -217,20 +217,20 @@ class WalkingMethods:
             places, config = [arguments[:3]], list(arguments[3:])
         if any(len(place) != 3 for place in places):
             raise NaoqiRefused(f"{method}: {places!r:.60} was given; [x, y, theta] of each place is expected.")
-        targets = [self._possible(method, _three(method, place, 1e4)) for place in places]
+        targets = [self._checked_velocity(method, _three(method, place, 1e4)) for place in places]
         return self._walk_over(targets, full_speed(method, config))
 
     def _walk_over(self, ways: Sequence[Vec3], full: FullSpeed) -> Future[Any]:
         """Walk one way after the other, with a stand between them."""
         ended: Future[Any] = Future()
 
-        def go_on(before: Future[Any] | None, i: int) -> None:
+        def walk_next(before: Future[Any] | None, i: int) -> None:
             if before is not None and (before.exception() or not before.result() or i == len(ways)):
                 pass_on(before, ended)
                 return
-            self._walk_to(ways[i], full).add_done_callback(lambda done: go_on(done, i + 1))
+            self._walk_to(ways[i], full).add_done_callback(lambda done: walk_next(done, i + 1))
 
-        go_on(None, 0)
+        walk_next(None, 0)
         return ended
 
     @offers(
@@ -247,7 +247,7 @@ class WalkingMethods:
             steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
         """
         target = self._end_of("ALMotion.setFootSteps", legs, steps)
-        return self.handover.go_to(lambda: self._way(target, full_speed("", ())))
+        return self.handover.go_to(lambda: self._goal_and_velocity(target, full_speed("", ())))
 
     @offers("ALMotion.setFootStepsWithSpeed", kind="walk", partly="as setFootSteps", begins_walk=True)
     def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
@@ -264,7 +264,7 @@ class WalkingMethods:
         """End of footsteps relative to the robot."""
         if not isinstance(legs, list) or not isinstance(steps, list) or len(legs) != len(steps) or not legs:
             raise NaoqiRefused(f"{method}: a list of legs and one of as many steps [x, y, theta] are expected.")
-        half = 0.5 * _WIDTH
+        half = 0.5 * _FEET_DISTANCE
         feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
         for i, (leg, step) in enumerate(zip(legs, steps, strict=True)):
             if leg not in list(feet):
@@ -272,19 +272,19 @@ class WalkingMethods:
             if not isinstance(step, list) or len(step) != 3:
                 raise NaoqiRefused(f"{method}: step {i} is {step!r:.60}; [x, y, theta] is expected.")
             other = feet["RLeg" if leg == "LLeg" else "LLeg"]
-            feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _LONGEST))
+            feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _MAX_FOOTSTEP))
         left, right = feet["LLeg"], feet["RLeg"]
         x, y, turn = (0.5 * (a + b) for a, b in zip(left, right, strict=True))
-        return self._possible(method, (x, y, turn))
+        return self._checked_velocity(method, (x, y, turn))
 
     def _walk_to(self, target: Vec3, full: FullSpeed) -> Future[Any]:
         """Walk to a goal; the future of its end."""
         if not self._full[1]:
             ahead = math.copysign(self._full[0], target[0])
             return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
-        return self.handover.walk_to(lambda: self._way(target, full))
+        return self.handover.walk_to(lambda: self._goal_and_velocity(target, full))
 
-    def _way(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
+    def _goal_and_velocity(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
         """A goal relative to the robot, and the velocity there.
 
         While the robot walks, the goal counts from the end of the fixed steps (confirmed: vendor's samples of
@@ -297,12 +297,12 @@ class WalkingMethods:
 
     def poses_ahead(self) -> list[Vec3]:
         """Pose after each coming step relative to the present one, m and rad, by the vendor's step length."""
-        way, count = self.handover.to_go(), _FIXED_STEPS
+        way, count = self.handover.remaining_way(), _FIXED_STEPS
         if way is None:
-            x, y, turn = (_FIXED_STEPS * QUICKEST * speed for speed in self.handover.velocity())
+            x, y, turn = (_FIXED_STEPS * MIN_STEP_TIME * speed for speed in self.handover.velocity())
             way = (x, y, turn)
         elif any(way):
-            count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICKEST))
+            count = max(count, math.ceil(full_speed("", ()).duration(way) / MIN_STEP_TIME))
         x, y, turn = way
         shares = [i / count for i in range(1, count + 1)] if any(way) else []
         return [(share * x, share * y, share * turn) for share in shares]
@@ -312,13 +312,13 @@ class WalkingMethods:
 
         The time counts from now; the pose is in the frame of the other foot, m and rad.
         """
-        half, steps = 0.5 * _WIDTH, []
+        half, steps = 0.5 * _FEET_DISTANCE, []
         feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
         for i, pose in enumerate(self.poses_ahead()):
             leg, other = ("RLeg", "LLeg") if i % 2 else ("LLeg", "RLeg")
             feet[leg] = _composed(pose, (0.0, half if leg == "LLeg" else -half, 0.0))
             place = _composed(_inverse(feet[other]), feet[leg])
-            steps.append([leg, QUICKEST * (i + 1), list(place)])
+            steps.append([leg, MIN_STEP_TIME * (i + 1), list(place)])
         return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
 
     @offers(
@@ -331,7 +331,7 @@ class WalkingMethods:
         here, ahead = self.handover.position(), self.poses_ahead()[:_FIXED_STEPS]
         return list(_composed((here[0], here[1], here[2]), ahead[-1])) if ahead else here
 
-    def _possible(self, method: str, wanted: Vec3) -> Vec3:
+    def _checked_velocity(self, method: str, wanted: Vec3) -> Vec3:
         """The wanted velocity; NaoqiRefused if it is not straight for a gait that walks straight only."""
         _, y, theta = wanted
         if not self._full[1] and (y or theta):

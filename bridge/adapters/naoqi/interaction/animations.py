@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.declared import KEPT, Answers, offers
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, offers
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -42,7 +42,7 @@ _GESTURES: Final = (
     (re.compile("hey|hello|hi_|wave|bye|salute|bow", re.IGNORECASE), _WAVE),
 )
 """Words of a name, and the gesture for them: joint -> (s, rad)."""
-_BACK: Final = 0.8
+_RETURN_TIME: Final = 0.8
 """Duration of the way back, s."""
 
 
@@ -51,7 +51,7 @@ def is_animation(name: str) -> bool:
     return _NAME.fullmatch(name) is not None
 
 
-GESTURES: Final = "the vendor's animations alone are there, and they are gestures of nao-hil"
+GESTURES_NOTE: Final = "the vendor's animations alone are there, and they are gestures of nao-hil"
 
 
 class Animations:
@@ -67,8 +67,8 @@ class Animations:
         self._running: dict[str, Future[Any]] = {}
         self._warned = False
 
-    @offers("ALAnimationPlayer.run", kind="joints", partly=GESTURES)
-    @offers("ALBehaviorManager.runBehavior", kind="joints", partly=GESTURES)
+    @offers("ALAnimationPlayer.run", kind="joints", partly=GESTURES_NOTE)
+    @offers("ALBehaviorManager.runBehavior", kind="joints", partly=GESTURES_NOTE)
     def run(self, name: str, *_: Any) -> Future[Any]:
         """Play the gesture for an animation; waits for its end.
 
@@ -85,25 +85,25 @@ class Animations:
             logger.warning("%s: a gesture of nao-hil is played in its place, as for all animations", name)
         gesture = next((g for words, g in _GESTURES if words.search(name)), _EXPLAIN)
         joints = list(gesture)
-        end = max(keys[-1][0] for keys in gesture.values()) + _BACK
+        end = max(keys[-1][0] for keys in gesture.values()) + _RETURN_TIME
         angles = [[a for _, a in keys] + [self._joints.commanded(j)] for j, keys in gesture.items()]
         times = [[t for t, _ in keys] + [end] for keys in gesture.values()]
         running = self._motion.angle_interpolation(joints, angles, times, True)
         self._running[name] = running
         return running
 
-    @offers("ALAnimationPlayer.runTag", kind="joints", partly=GESTURES)
+    @offers("ALAnimationPlayer.runTag", kind="joints", partly=GESTURES_NOTE)
     def _run_tag(self, tag: str, *_: Any) -> Future[Any]:
         return self.run(f"animations/Stand/Gestures/{tag}")
 
-    @offers("ALBehaviorManager.startBehavior", kind="joints", partly=GESTURES)
+    @offers("ALBehaviorManager.startBehavior", kind="joints", partly=GESTURES_NOTE)
     def _start(self, name: str) -> None:
         self.run(name)
 
     def _names(self) -> list[str]:
         return [name for name, done in self._running.items() if not done.done()]
 
-    @offers("ALBehaviorManager.isBehaviorRunning", partly=GESTURES)
+    @offers("ALBehaviorManager.isBehaviorRunning", partly=GESTURES_NOTE)
     def _is_running(self, name: str) -> bool:
         return name in self._names()
 
@@ -123,20 +123,24 @@ class Animations:
             raise NaoqiRefused(f"ALBehaviorManager: the behaviour {name!r:.60} is not installed.")
         return name
 
-    @offers("ALBehaviorManager.isBehaviorInstalled", "ALBehaviorManager.isBehaviorPresent", partly=GESTURES)
-    @offers("ALBehaviorManager.isBehaviorLoaded", partly=GESTURES)
+    @offers(
+        "ALBehaviorManager.isBehaviorInstalled", "ALBehaviorManager.isBehaviorPresent", partly=GESTURES_NOTE
+    )
+    @offers("ALBehaviorManager.isBehaviorLoaded", partly=GESTURES_NOTE)
     def _is_installed(self, name: str) -> bool:
         return is_animation(name)
 
-    @offers("ALBehaviorManager.resolveBehaviorName", partly=GESTURES)
+    @offers("ALBehaviorManager.resolveBehaviorName", partly=GESTURES_NOTE)
     def _resolve(self, name: str) -> str:
         return self._installed(name)
 
-    @offers("ALBehaviorManager.preloadBehavior", partly=GESTURES)
+    @offers("ALBehaviorManager.preloadBehavior", partly=GESTURES_NOTE)
     def _preload(self, name: str) -> bool:
         return bool(self._installed(name))
 
-    @offers("ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=KEPT)
+    @offers(
+        "ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=NO_EFFECT
+    )
     def _declare(self, tags: Any) -> None:
         """Without effect."""
 

@@ -18,7 +18,7 @@ from weakref import WeakKeyDictionary
 from bridge.adapters.naoqi.core.memory import Publish, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.declared import (
-    KEPT,
+    NO_EFFECT,
     Answers,
     Duration,
     NewFile,
@@ -38,7 +38,7 @@ MAX_FILES: Final = 1000
 _OWN_SOUNDS: Final = Path("/usr/share/naoqi/wav")
 _OWN_SECONDS: Final = 5.0
 """Duration of each of the robot's own sounds, s (assumed)."""
-_POLL: Final = 50
+_POLL_INTERVAL: Final = 50
 """ms between two checks for a stop."""
 
 
@@ -56,7 +56,7 @@ class _File:
     paused: bool = False
 
 
-SILENT: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
+SILENT_NOTE: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
 Level = Annotated[float, Range(0.0, 1.0)]
 Side = Annotated[float, Range(-1.0, 1.0)]
 """Panorama: -1 left, 1 right."""
@@ -73,8 +73,8 @@ class AudioPlayer:
         numbers: for files, different from the calls'.
     """
 
-    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, KEPT)
-    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], KEPT)
+    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, NO_EFFECT)
+    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], NO_EFFECT)
 
     def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
         self._tasks, self._now = tasks, now
@@ -84,7 +84,7 @@ class AudioPlayer:
         self._numbers, self._plays = numbers, itertools.count(1)
         self._muted = False
 
-    @offers("ALAudioPlayer.loadFile", partly=SILENT)
+    @offers("ALAudioPlayer.loadFile", partly=SILENT_NOTE)
     def load(self, path: RobotFile) -> int:
         """Load a file; its number. One that is missing or no WAV file has no duration, with a warning."""
         if len(self._files) >= MAX_FILES:
@@ -108,7 +108,7 @@ class AudioPlayer:
             raise NaoqiRefused(f"ALAudioPlayer: {key!r:.40} is no file that loadFile gave.")
         return self._files[key]
 
-    @offers("ALAudioPlayer.play", partly=SILENT)
+    @offers("ALAudioPlayer.play", partly=SILENT_NOTE)
     def play(
         self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
@@ -116,28 +116,28 @@ class AudioPlayer:
         file.volume = volume
         return self._tasks.begin(self._played(file, loop))
 
-    @offers("ALAudioPlayer.playInLoop", partly=SILENT)
+    @offers("ALAudioPlayer.playInLoop", partly=SILENT_NOTE)
     def _play_in_loop(self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
         return self.play(file, volume, panorama, loop=True)
 
-    @offers("ALAudioPlayer.playFile", partly=SILENT)
+    @offers("ALAudioPlayer.playFile", partly=SILENT_NOTE)
     def play_file(
         self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
         """Load a file and play it."""
         return self._play_from(path, 0.0, loop, volume)
 
-    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT)
+    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT_NOTE)
     def _play_file_in_loop(self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
         return self._play_from(path, 0.0, True, volume)
 
-    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT)
+    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT_NOTE)
     def _play_file_from(
         self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
     ) -> Future[Any]:
         return self._play_from(path, position, False, volume)
 
-    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT)
+    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT_NOTE)
     def _play_file_in_loop_from(
         self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
     ) -> Future[Any]:
@@ -151,7 +151,7 @@ class AudioPlayer:
         self._played_by[playing] = key
         return playing
 
-    def begun(self, playing: Future[Any], number: int) -> None:
+    def name_by_call(self, playing: Future[Any], number: int) -> None:
         """Also name a file by the number of its `playFile` call (confirmed: vendor's samples)."""
         if playing in self._played_by:
             self._files[number] = self._files[self._played_by.pop(playing)]
@@ -163,7 +163,7 @@ class AudioPlayer:
         while file.playing == mine:
             before = self._now()
             left = round(1000.0 * (file.seconds - file.place))
-            yield before + max(1, min(_POLL, left))
+            yield before + max(1, min(_POLL_INTERVAL, left))
             if not file.paused:
                 file.place += 0.001 * (self._now() - before)
             if file.place >= file.seconds:
@@ -218,7 +218,7 @@ class AudioPlayer:
 
         return self._tasks.begin(task())
 
-    @offers("ALAudioPlayer.setVolume", partly=KEPT)
+    @offers("ALAudioPlayer.setVolume", partly=NO_EFFECT)
     def _set_volume(self, file: Loaded, volume: Level) -> None:
         file.volume = volume
 
@@ -238,7 +238,7 @@ class AudioPlayer:
     def _get_volume(self, file: Loaded) -> float:
         return file.volume
 
-    @offers("ALAudioDevice.muteAudioOut", partly=KEPT)
+    @offers("ALAudioDevice.muteAudioOut", partly=NO_EFFECT)
     def _mute_audio_out(self, muted: bool) -> Any:
         self._muted = muted
 
@@ -255,14 +255,14 @@ class AudioPlayer:
 
 SAMPLES: Final = {48_000: 4096, 16_000: 1365}
 """Samples of a channel in one buffer by the rate, Hz: 85 ms."""
-ALL: Final = 4
+ALL_CHANNELS: Final = 4
 """Channels of the number 0; 1 to 4 are one each: left, right, front, rear."""
 MAX_MODULES: Final = 100
 
 
 @dataclass
 class _Listener:
-    channels: int = ALL
+    channels: int = ALL_CHANNELS
     rate: int = 48_000
     due: float | None = None
     """Time of its next buffer, the robot's clock, ms; None: no subscription."""
@@ -297,13 +297,13 @@ class Microphones:
 
     @offers("ALAudioDevice.setClientPreferences")
     def _prefer(self, module: Any, rate: Any, channels: Any, *_: Any) -> None:
-        if rate not in list(SAMPLES) or channels not in list(range(ALL + 1)):
+        if rate not in list(SAMPLES) or channels not in list(range(ALL_CHANNELS + 1)):
             raise NaoqiRefused(
                 f"ALAudioDevice.setClientPreferences: {rate!r:.40} and {channels!r:.40} were given; a rate of "
                 "16000 or 48000 Hz, and channels 0 (all) to 4 are expected."
             )
         listener = self._of(module, "setClientPreferences")
-        listener.rate, listener.channels = int(rate), 1 if channels else ALL
+        listener.rate, listener.channels = int(rate), 1 if channels else ALL_CHANNELS
 
     @offers("ALAudioDevice.subscribe", partly="processRemote gets silence: there are no microphones")
     def _subscribe(self, module: Any) -> None:
@@ -314,7 +314,7 @@ class Microphones:
         self._listeners.pop(module, None)
 
 
-_ALLOWED: Final = ((4, 48_000), (1, 16_000))
+_ALLOWED_FORMATS: Final = ((4, 48_000), (1, 16_000))
 """Channels and rate, Hz (vendor's page)."""
 MAX_SECONDS: Final = 600.0
 """Longest silence of a file, s."""
@@ -349,7 +349,7 @@ class Recorder:
         if kind != "wav":
             raise NaoqiRefused(f"{method}: {kind!r:.40} is not written; wav is.")
         count = sum(map(bool, channels)) if isinstance(channels, list) else 0
-        if (count, rate) not in _ALLOWED:
+        if (count, rate) not in _ALLOWED_FORMATS:
             raise NaoqiRefused(
                 f"{method} takes 4 channels at 48000 Hz or one of [left, right, front, rear] at 16000 Hz."
             )

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, cast
 
-from bridge.adapters.naoqi.core.cameras import CAMERAS, Eyes
+from bridge.adapters.naoqi.core.cameras import CAMERAS, CameraFeed
 from bridge.adapters.naoqi.core.frames import RobotFrames, position6
 from bridge.adapters.naoqi.core.memory import Events, stamp
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, Setting, number, offers, text
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, Setting, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
@@ -21,7 +21,7 @@ from bridge.messages.world import ThingKind as Kind
 from bridge.types import Array, Vec3
 from bridge.validation import unknown_name
 
-RANGE: Final = 3.0
+MAX_DISTANCE: Final = 3.0
 """Range of the detection, m (assumed: 2 to 3 m in the vendor's pages)."""
 MAX_THINGS: Final = 100
 
@@ -53,7 +53,7 @@ class Sighting:
     """Links in the Torso frame, with the head's angles at the time of the picture, each (4, 4), m."""
 
 
-class Stage:
+class Scene:
     """Things around the robot; not thread-safe, the caller locks.
 
     Args:
@@ -63,19 +63,21 @@ class Stage:
         hear: utterance -> recognized words.
     """
 
-    def __init__(self, body: Body, frames: RobotFrames, eyes: Eyes, hear: Callable[[str], list[str]]) -> None:
-        self._frames, self._eyes, self._hear = frames, eyes, hear
+    def __init__(
+        self, body: Body, frames: RobotFrames, feed: CameraFeed, hear: Callable[[str], list[str]]
+    ) -> None:
+        self._frames, self._feed, self._hear = frames, feed, hear
         self._cameras = cameras(body)
         self._things: dict[tuple[str, str], ShownThing] = {}
 
-    def seen(self, kind: Kind, camera: int) -> Iterator[Sighting]:
+    def sightings(self, kind: Kind, camera: int) -> Iterator[Sighting]:
         """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
         across, down = self._cameras[camera].field
         found = []
-        for what, name, place, diameter, links in self._around(camera):
+        for what, name, place, diameter, links in self._things_in_view(camera):
             x, y, z = place
             distance = math.sqrt(x * x + y * y + z * z)
-            if what != kind or x <= 0.0 or distance > RANGE:
+            if what != kind or x <= 0.0 or distance > MAX_DISTANCE:
                 continue
             alpha, beta = math.atan2(y, x), -math.atan2(z, x)
             if abs(alpha) <= 0.5 * across and abs(beta) <= 0.5 * down:
@@ -83,9 +85,11 @@ class Stage:
                 found.append(Sighting(name, alpha, beta, size, links))
         yield from sorted(found, key=lambda sighting: -sighting.size)
 
-    def _around(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
+    def _things_in_view(
+        self, camera: int
+    ) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
         """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links, of all things."""
-        for seen_by, kind, name, place, diameter, head in self._eyes.sights():
+        for seen_by, kind, name, place, diameter, head in self._feed.sights():
             if seen_by == camera:
                 yield kind, name, place, diameter, self._frames.measured_links(head)
         if self._things:
@@ -161,10 +165,10 @@ class Detection:
     """
 
     def __init__(
-        self, service: str, kind: Kind, event: str, stage: Stage, frames: RobotFrames, events: Events
+        self, service: str, kind: Kind, event: str, scene: Scene, frames: RobotFrames, events: Events
     ) -> None:
         self._service, self._kind, self._event = service, kind, event
-        self._stage, self._frames, self._events = stage, frames, events
+        self._scene, self._frames, self._events = scene, frames, events
         self.extractor = VisionExtractor(
             service,
             events,
@@ -185,7 +189,7 @@ class Detection:
         if not self.extractor.processing or now < self._due:
             return
         self._due = now + max(10, self.extractor.period)
-        sightings = list(self._stage.seen(self._kind, self._camera))
+        sightings = list(self._scene.sightings(self._kind, self._camera))
         if sightings:
             self._events.raise_event(self._event, self._value(sightings))
         elif self._seen:
@@ -222,13 +226,15 @@ class Faces(Detection):
     recognizes = Setting(
         "ALFaceDetection.RecognitionEnabled", True, bool, reader="is", also="enableRecognition"
     )
-    tracks = Setting("ALFaceDetection.TrackingEnabled", False, bool, KEPT, reader="is", also="enableTracking")
+    tracks = Setting(
+        "ALFaceDetection.TrackingEnabled", False, bool, NO_EFFECT, reader="is", also="enableTracking"
+    )
     threshold = Setting(
-        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], KEPT
+        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], NO_EFFECT
     )
 
-    def __init__(self, stage: Stage, frames: RobotFrames, events: Events) -> None:
-        super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
+    def __init__(self, scene: Scene, frames: RobotFrames, events: Events) -> None:
+        super().__init__("ALFaceDetection", "face", "FaceDetected", scene, frames, events)
         self._known: dict[str, str] = {}
         """Name of a thing -> its name in events."""
         self._before: list[str] = []
@@ -250,7 +256,7 @@ class Faces(Detection):
     @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
     def _learn(self, name: str) -> bool:
         """Learn the one visible face; false: there are none or several."""
-        faces = list(self._stage.seen("face", self._camera))
+        faces = list(self._scene.sightings("face", self._camera))
         if len(faces) != 1:
             return False
         self._known[faces[0].name] = name

@@ -10,15 +10,29 @@ from concurrent.futures import Future
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, RobotFile, offers, text
-from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, RobotFile, offers, text
+from bridge.adapters.naoqi.interaction.qichat import (
+    Pattern,
+    Rule,
+    Steps,
+    Topic,
+    captured_words,
+    parse,
+    plain_words,
+)
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-_THREE: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
+_LANGUAGE_CODES: Final = {
+    "English": "enu",
+    "French": "frf",
+    "German": "ged",
+    "Italian": "iti",
+    "Spanish": "spe",
+}
 """Codes of topics' languages (assumed except for the first two)."""
 MAX_TOPICS: Final = 100
 MAX_TOPIC: Final = 1 << 16
@@ -26,7 +40,7 @@ MAX_TOPIC: Final = 1 << 16
 MAX_CONCEPTS: Final = 1000
 MAX_ANSWER: Final = 2000
 """Letters of an answer."""
-_JUMPS: Final = 20
+_MAX_JUMPS: Final = 20
 """`^goto` in one answer."""
 _EVENTS: Final = (
     *("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood", "NothingToSay"),
@@ -71,7 +85,7 @@ class Dialog:
         if self._subscribers:
             self._input(said)
 
-    def notice(self, event: str, value: Any) -> None:
+    def answer_event(self, event: str, value: Any) -> None:
         """Answer an event by the rules for it."""
         if not self._subscribers or self._answers:
             return
@@ -107,7 +121,7 @@ class Dialog:
         self._raise("LastInput", said)
         steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
-            kept = kept_of(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
+            kept = captured_words(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
             if kept is not None and self._holds(rule):
                 self._raise("MatchedInput", said)
                 self._raise("MatchedTopic", topic.name)
@@ -148,7 +162,7 @@ class Dialog:
 
     def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
         """Text of an answer; sets its variables."""
-        for _ in range(_JUMPS):
+        for _ in range(_MAX_JUMPS):
             jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
             if jump is None:
                 break
@@ -303,13 +317,13 @@ class Dialog:
             self._within = ("", [])
             self._raise("IsStarted", 0)
 
-    @offers("ALDialog.setLanguage", partly=KEPT)
+    @offers("ALDialog.setLanguage", partly=NO_EFFECT)
     def _set_language(self, language: str) -> None:
         if language not in LANGUAGES:
             raise NaoqiRefused(f"ALDialog.setLanguage: {unknown_name('language', language, LANGUAGES)}.")
         self._language = language
 
-    @offers("ALDialog.setASRConfidenceThreshold", partly=KEPT)
+    @offers("ALDialog.setASRConfidenceThreshold", partly=NO_EFFECT)
     def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
         self._threshold = value
 
@@ -322,9 +336,9 @@ class Dialog:
     @offers("ALDialog.setConcept")
     def _set_concept(self, concept: Any, language: Any, words: Any, *_: Any) -> None:
         key = self._key(concept, language)
-        self._keep(key, _words(words))
+        self._store_concept(key, _words(words))
 
-    def _keep(self, key: tuple[str, str], words: list[str]) -> None:
+    def _store_concept(self, key: tuple[str, str], words: list[str]) -> None:
         self._concepts[key] = words
         self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
 
@@ -332,7 +346,7 @@ class Dialog:
     def _add_to_concept(self, concept: Any, language: Any, words: Any) -> None:
         key = self._key(concept, language)
         kept = self._concepts.get(key, [])
-        self._keep(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
+        self._store_concept(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
 
     @offers("ALDialog.clearConcepts")
     def _clear_concepts(self) -> None:
@@ -399,4 +413,4 @@ def _words(words: Any) -> list[str]:
 def _codes(language: Any) -> set[str]:
     """Names of a language in topics: its name, or a code."""
     name = text(language, "ALDialog.getLoadedTopics: language")
-    return {name, _THREE.get(name, name)}
+    return {name, _LANGUAGE_CODES.get(name, name)}

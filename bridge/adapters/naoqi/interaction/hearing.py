@@ -7,11 +7,11 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
-from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, number, offers
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, OneOf, Setting, number, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
-NOTHING: Final[list[Any]] = ["", -3.0]
+NOTHING_RECOGNIZED: Final[list[Any]] = ["", -3.0]
 """Initial value of `WordRecognized` (assumed)."""
 MAX_WORDS: Final = 10_000
 _STATUS: Final = "ALSpeechRecognition/Status"
@@ -30,7 +30,7 @@ class SpeechRecognition:
     """
 
     language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
-    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, KEPT)
+    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, NO_EFFECT)
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -40,7 +40,7 @@ class SpeechRecognition:
             ["WordRecognized", "LastWordRecognized", "SpeechDetected"],
             left_out="it recognizes text that NaoHil.hear gives, not sound",
         )
-        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING))
+        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING_RECOGNIZED))
         events.declare("SpeechDetected", "ALSpeechRecognition", False)
         events.declare(_STATUS, "ALSpeechRecognition", "Idle")
         self._words: list[str] = []
@@ -111,7 +111,7 @@ class SpeechRecognition:
     def _get_parameter(self, parameter: Parameter) -> float:
         return self._parameters[parameter]
 
-    @offers("ALSpeechRecognition.setVisualExpression", partly=KEPT)
+    @offers("ALSpeechRecognition.setVisualExpression", partly=NO_EFFECT)
     def _show(self, enabled: bool) -> None:
         """Without effect."""
 

@@ -26,7 +26,7 @@ _SIDES: Final = ("Left", "Right")
 _PARTS_OF_EYES: Final = {"Top": (7, 0), "Internal": (1, 2), "Bottom": (3, 4), "External": (5, 6)}
 """Part -> numbers of its LEDs, by lists of robots' users."""
 MAX_GROUPS: Final = 1000
-_PICTURE: Final = 0.1
+_PICTURE_TIME: Final = 0.1
 """s of one picture of random eyes (assumed)."""
 
 
@@ -56,8 +56,8 @@ def led_groups() -> dict[str, list[str]]:
             f"{side}EarLeds": ear,
             f"{side}EarLedsEven": ear[::2],
             f"{side}EarLedsOdd": ear[1::2],
-            f"{side}EarLedsFront": [led for led in ear if not _is_behind(led)],
-            f"{side}EarLedsBack": [led for led in ear if _is_behind(led)],
+            f"{side}EarLedsFront": [led for led in ear if not _is_rear(led)],
+            f"{side}EarLedsBack": [led for led in ear if _is_rear(led)],
             f"{side}FaceLeds": having("Face/", f"/{side}/"),
             **{f"{side}FaceLeds{colour}": having("Face/", f"/{colour}/{side}/") for colour in _COLOURS},
             f"{side}FootLeds": having(f"{side[0]}Foot/"),
@@ -76,7 +76,7 @@ def led_groups() -> dict[str, list[str]]:
     return groups | {f"Brain{i}": [led] for i, led in enumerate(groups["BrainLeds"])}
 
 
-def _is_behind(led: str) -> bool:
+def _is_rear(led: str) -> bool:
     """Whether an LED is on the rear half of an ear: from 180 deg on (assumed)."""
     return int(led.rpartition("/")[2].removesuffix("Deg")) >= 180
 
@@ -116,7 +116,7 @@ class Leds:
     @offers("ALLeds.fade")
     def fade(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)], duration: Duration) -> Future[Any]:
         """Fade a group to a brightness (0 to 1) in a time (s); waits for the end."""
-        return self._tasks.begin(self._go([(led, [(duration, intensity)]) for led in self._group(name)]))
+        return self._tasks.begin(self._run_paths([(led, [(duration, intensity)]) for led in self._group(name)]))
 
     @offers("ALLeds.fadeRGB")
     def fade_rgb(self, name: str, *arguments: Any) -> Future[Any]:
@@ -146,9 +146,9 @@ class Leds:
             # A LED of one colour (ears, head) shows the brightest part.
             values = [colour[part[0]] if part else max(colour) for colour in colours]
             paths.append((led, list(zip(times, values, strict=True))))
-        return self._tasks.begin(self._go(paths))
+        return self._tasks.begin(self._run_paths(paths))
 
-    def _go(self, paths: list[tuple[str, list[tuple[float, float]]]], least: float = 0.0) -> MotionTask:
+    def _run_paths(self, paths: list[tuple[str, list[tuple[float, float]]]], least: float = 0.0) -> MotionTask:
         for led, points in paths:
             self._joints.put(f"{led}/Actuator/Value", points)
         last = max((points[-1][0] for _, points in paths if points), default=least)
@@ -178,7 +178,9 @@ class Leds:
     @offers("ALLeds.randomEyes", partly="the pattern is assumed")
     def _random(self, duration: Any) -> Future[Any]:
         shades = list(_NAMED.values())
-        return self._pattern("ALLeds.randomEyes", duration, _PICTURE, lambda i, n: shades[(5 * i + n * n) % 7])
+        return self._pattern(
+            "ALLeds.randomEyes", duration, _PICTURE_TIME, lambda i, n: shades[(5 * i + n * n) % 7]
+        )
 
     @offers("ALLeds.rotateEyes", partly="the pattern is assumed")
     def _rotate(
@@ -206,7 +208,7 @@ class Leds:
                 on = 36.0 * i <= abs(degrees)
                 at = duration * min(1.0, 36.0 * i / max(1.0, abs(degrees)))
                 paths.append((led, [(at, 1.0), (duration + 0.01, stays)] if on else [(0.0, 0.0)]))
-        return self._tasks.begin(self._go(paths, duration))
+        return self._tasks.begin(self._run_paths(paths, duration))
 
     @offers("ALLeds.getIntensity")
     def intensity(self, name: str) -> float:

@@ -9,10 +9,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import KEPT, Answers, Choice, OneOf, Range, Setting, new_file, offers
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Choice, OneOf, Range, Setting, new_file, offers
 from bridge.errors import NaoqiRefused
 
 FORMATS: Final = {
@@ -66,17 +66,17 @@ class PhotoCapture:
     """Methods of `ALPhotoCapture`; not thread-safe, the caller locks.
 
     Args:
-        eyes: that see.
+        feed: pictures of its cameras.
         tasks: for series of pictures.
         now: the robot's clock, ms.
     """
 
     form = Setting("ALPhotoCapture.PictureFormat", "jpg", Annotated[str, OneOf("format", FORMATS)])
     interval = Setting("ALPhotoCapture.CaptureInterval", 200, Annotated[int, Range(0, 3.6e6, "ms")])
-    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, KEPT, reader="is", returns=True)
+    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, NO_EFFECT, reader="is", returns=True)
 
-    def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
-        self._eyes, self._tasks, self._now = eyes, tasks, now
+    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
+        self._feed, self._tasks, self._now = feed, tasks, now
         self.setup = _Setup("ALPhotoCapture")
 
     @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
@@ -123,11 +123,11 @@ class PhotoCapture:
                 written.set_result(result)
 
         setup = self.setup
-        taken = self._eyes.picture(setup.camera, *setup.size, setup.space, FORMATS[self.form])
+        taken = self._feed.picture(setup.camera, *setup.size, setup.space, FORMATS[self.form])
         taken.add_done_callback(write)
         return written
 
-    @offers("ALPhotoCapture.halfPress", partly=KEPT)
+    @offers("ALPhotoCapture.halfPress", partly=NO_EFFECT)
     def _half_press(self) -> bool:
         self.half = not self.half
         return True
@@ -139,13 +139,13 @@ class VideoRecorder:
     """Methods of `ALVideoRecorder`; not thread-safe, the caller locks.
 
     Args:
-        eyes: that see.
+        feed: pictures of its cameras.
         tasks: for the recording.
         now: the robot's clock, ms.
     """
 
-    def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
-        self._eyes, self._tasks, self._now = eyes, tasks, now
+    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
+        self._feed, self._tasks, self._now = feed, tasks, now
         self.setup, self._rate = _Setup("ALVideoRecorder"), 15
         self._path: Path | None = None
         self._taken: list[Future[Any]] = []
@@ -161,7 +161,7 @@ class VideoRecorder:
         self._tasks.begin(self._recording(path, self._rate))
 
     def _shot(self) -> Future[Any]:
-        return self._eyes.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
+        return self._feed.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
 
     def _recording(self, path: Path, rate: int) -> MotionTask:
         begun, taken = self._now(), self._taken
@@ -212,7 +212,7 @@ def _unwritten(method: str, path: Path, error: OSError) -> NaoqiRefused:
 
 def _write_film(path: Path, taken: Sequence[Future[Any]], size: tuple[int, int], rate: int) -> list[Any]:
     """Write a film after its last picture; `[pictures, path]`."""
-    pictures = [one.result(_LONGEST)[1] for one in taken]
+    pictures = [one.result(_PICTURE_TIMEOUT)[1] for one in taken]
     try:
         path.write_bytes(avi(pictures, size, rate))
     except OSError as error:
@@ -220,7 +220,7 @@ def _write_film(path: Path, taken: Sequence[Future[Any]], size: tuple[int, int],
     return [len(pictures), str(path)]
 
 
-_LONGEST: Final = 60.0
+_PICTURE_TIMEOUT: Final = 60.0
 """s that a picture may take."""
 
 

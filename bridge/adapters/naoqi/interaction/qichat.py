@@ -21,7 +21,7 @@ MAX_WORDS: Final = 60
 """Words of a sentence that are matched."""
 MAX_STEPS: Final = 20_000
 """Parts of patterns tried for one sentence."""
-_DEEPEST: Final = 12
+_MAX_DEPTH: Final = 12
 """Brackets and concepts within each other."""
 _HEAD: Final = re.compile(r"\s*(u|proposal|concept|dynamic|topic|language|include)([1-9]?)\s*:(.*)", re.DOTALL)
 _PIECE: Final = re.compile(
@@ -175,7 +175,7 @@ def _pattern(
             keeps = True
         elif kind == "open":
             levels.append((value, [], kept))
-            if len(levels) > _DEEPEST:
+            if len(levels) > _MAX_DEPTH:
                 raise NaoqiRefused(f"ALDialog: line {number}: the brackets are too deep.")
         elif kind == "close":
             opened, parts, was_kept = levels.pop()
@@ -216,7 +216,7 @@ class Steps:
         self.left = left
 
 
-def kept_of(
+def captured_words(
     pattern: Pattern, said: str, concepts: Mapping[str, Pattern], steps: Steps
 ) -> tuple[str, ...] | None:
     """The words that a pattern captures of a whole sentence; None: no match.
@@ -240,7 +240,7 @@ def _ends(
 ) -> Ends:
     """All ends of a match from one word on, each with its first captures."""
     steps.left -= 1
-    if depth > 2 * _DEEPEST or steps.left < 0:
+    if depth > 2 * _MAX_DEPTH or steps.left < 0:
         return {}
     parts = pattern.parts
     if pattern.kind == "word":

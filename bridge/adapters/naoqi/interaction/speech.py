@@ -21,7 +21,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import KEPT, Answers, NewFile, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, NewFile, OneOf, Range, Setting, offers, text
 from bridge.errors import NaoqiRefused
 
 PROGRAM: Final = "espeak-ng"
@@ -174,7 +174,7 @@ MAX_WAITING: Final = 100
 """Waiting sentences at most."""
 MAX_TEXT: Final = 20_000
 """Letters of one text."""
-_POLL: Final = 50
+_POLL_INTERVAL: Final = 50
 """ms between two checks for the end of the voice."""
 _PARAMETERS: Final[dict[str, tuple[float, float, float]]] = {
     "speed": (*SPEEDS, 100.0),
@@ -186,7 +186,7 @@ _PARAMETERS: Final[dict[str, tuple[float, float, float]]] = {
 }
 """Parameter -> smallest, largest and initial value (confirmed: vendor's page)."""
 _MODES: Final = {0: "disabled", 1: "random", 2: "contextual"}
-SPOKEN: Final = "the robot speaks:"
+SPOKEN_PREFIX: Final = "the robot speaks:"
 """Beginning of the log's line of each text."""
 _PREFIX: Final = "ALTextToSpeech"
 
@@ -286,10 +286,10 @@ class Speech:
 
     def _spoken(self, number_: int, spoken: Utterance, language: str, event: str) -> MotionTask:
         while self._waiting and self._waiting[0] != number_ and number_ in self._waiting:
-            yield self._now() + _POLL
+            yield self._now() + _POLL_INTERVAL
         if number_ not in self._waiting:
             return None
-        logger.info("%s %.500r", SPOKEN, spoken.plain)
+        logger.info("%s %.500r", SPOKEN_PREFIX, spoken.plain)
         self._raise("CurrentSentence", spoken.plain)
         self._raise("TextStarted", 1)
         self._raise("Status", [number_, "started"])
@@ -315,7 +315,7 @@ class Speech:
         for word in spoken.words:
             due = began + round(1000.0 * word.begin)
             while self._now() < due:
-                yield min(due, self._now() + _POLL)
+                yield min(due, self._now() + _POLL_INTERVAL)
                 if number_ not in self._waiting:
                     return False
             if word.bookmark is not None:
@@ -324,7 +324,7 @@ class Speech:
             self._raise("PositionOfCurrentWord", word.place)
         end = began + round(1000.0 * spoken.seconds)
         while self._sounds(process, end):
-            yield self._now() + _POLL
+            yield self._now() + _POLL_INTERVAL
             if number_ not in self._waiting:
                 return False
         return True
@@ -365,15 +365,17 @@ class Speech:
     def _get_parameter(self, parameter: Parameter) -> float:
         return self._parameters[parameter]
 
-    @offers("ALTextToSpeech.loadVoicePreference", partly=KEPT)
+    @offers("ALTextToSpeech.loadVoicePreference", partly=NO_EFFECT)
     def _load_voice(self, name: str) -> None:
         """Without effect."""
 
-    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=KEPT)
+    @offers(
+        "ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=NO_EFFECT
+    )
     def _set_body_language_mode(self, mode: Mode) -> None:
         self._mode = mode
 
-    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=KEPT)
+    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=NO_EFFECT)
     def _set_body_language_enabled(self, enabled: bool) -> Any:
         self._mode = 2 if enabled else 0
 
@@ -381,7 +383,7 @@ class Speech:
         "ALAnimatedSpeech.addTagsToWords",
         "ALAnimatedSpeech.declareTagForAnimations",
         "ALAnimatedSpeech.addTagForAnimations",
-        partly=KEPT,
+        partly=NO_EFFECT,
     )
     def _keep_tags(self, tags: Any) -> None:
         """Check tags of animations or words; no effect."""

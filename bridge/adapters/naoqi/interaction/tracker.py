@@ -17,7 +17,7 @@ from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import (
-    KEPT,
+    NO_EFFECT,
     Answers,
     OneOf,
     Range,
@@ -29,7 +29,7 @@ from bridge.adapters.naoqi.declared import (
     offers,
     text,
 )
-from bridge.adapters.naoqi.interaction.detection import Sighting, Stage
+from bridge.adapters.naoqi.interaction.detection import Scene, Sighting
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
@@ -38,13 +38,13 @@ from bridge.types import Array, Vec3
 
 PERIOD: Final = 100
 """ms between two views (assumed)."""
-SPEED: Final = 0.3
+HEAD_SPEED: Final = 0.3
 """Fraction of the head's largest speed (assumed)."""
-_WALK_EVERY: Final = 400
+_ORDER_INTERVAL: Final = 400
 """ms between two orders to the walker."""
-_FASTEST: Final = (0.10, 0.4)
+_MAX_WALK_SPEED: Final = (0.10, 0.4)
 """m/s ahead and rad/s of a walk to a target at most (assumed)."""
-_GAIN: Final = 0.5
+_WALK_GAIN: Final = 0.5
 """1/s, of the walk's velocity over distance and angle (assumed)."""
 Walk = Callable[[float, float, float], Future[Any]]
 
@@ -77,14 +77,14 @@ class Following:
 
     def __init__(
         self,
-        stage: Stage,
+        scene: Scene,
         frames: RobotFrames,
         motion: JointMotion,
         events: Events,
         neck: float,
         walk: Walk | None,
     ) -> None:
-        self._stage, self._frames, self._motion, self._events = stage, frames, motion, events
+        self._scene, self._frames, self._motion, self._events = scene, frames, motion, events
         self._neck, self._walk = neck, walk
         self._cameras = [camera.name for camera in cameras(frames.body)]
         self.target: FollowedTarget | None = None
@@ -96,7 +96,7 @@ class Following:
         """FRAME_WORLD, (4,)."""
         self.arms: Sequence[str] = ()
         """Pointing arms."""
-        self._told: list[list[Any]] = []
+        self._last_history: list[list[Any]] = []
         """Event's history at the last update."""
         self._due = self._seen = self._ordered = 0
         self._lost, self._reached, self._walking = True, False, False
@@ -113,7 +113,7 @@ class Following:
         self.end()
         self.target, self._place, self._due = target, None, 0
         self._lost, self._reached, self._seen = True, False, -1
-        self._told = self._events.history(target.name)
+        self._last_history = self._events.history(target.name)
         self._events.raise_event("ALTracker/ActiveTargetChanged", target.name)
 
     def end(self) -> None:
@@ -149,7 +149,7 @@ class Following:
         if self._lost:
             self._events.raise_event("ALTracker/TargetDetected", self.target.name)
         self._lost, self._seen = False, now
-        self._look(found)
+        self._turn_head(found)
         if self.walks:
             self._approach(now)
 
@@ -158,7 +158,7 @@ class Following:
         if target.kind is None:
             return self._place_of_event(target.name)
         for i, name in enumerate(self._cameras):
-            for sighting in self._stage.seen(target.kind, i):
+            for sighting in self._scene.sightings(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
                     point: Array = self._frames.in_torso(name, sighting.links) @ point_of(sighting, target.size)
                     self._place = inverse(self._frames.space(1, sighting.links, True)) @ point
@@ -167,9 +167,9 @@ class Following:
 
     def _place_of_event(self, event: str) -> Array | None:
         """Place in the newest value of an event since the last update, as by `_find`; None: none."""
-        told, before = self._events.history(event), self._told
-        self._told = told
-        place = told[-1][0] if told and told != before else None
+        history, before = self._events.history(event), self._last_history
+        self._last_history = history
+        place = history[-1][0] if history and history != before else None
         while isinstance(place, list) and place and isinstance(place[0], list):
             place = place[0]
         if not isinstance(place, list) or len(place) < 3 or not all(map(_is_length, place[:3])):
@@ -178,13 +178,13 @@ class Following:
         point: Array = self._frames.space(1, self._frames.measured_links(), True) @ self._place
         return point
 
-    def _look(self, point: Array) -> None:
+    def _turn_head(self, point: Array) -> None:
         camera, place = self._frames.effectors[self._cameras[0]].fixed, [float(x) for x in point[:3]]
         angles = look_angles(place, self._neck, camera)
-        self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
+        self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), HEAD_SPEED)
         for arm in self.arms:
             pointing = pointing_angles(place, arm, self._frames.body.lengths)
-            self._motion.set_angles(list(pointing), list(pointing.values()), SPEED)
+            self._motion.set_angles(list(pointing), list(pointing.values()), HEAD_SPEED)
 
     def _approach(self, now: int) -> None:
         x, y, _ = self.position(2)
@@ -197,11 +197,11 @@ class Following:
             self._reached = True
             return
         self._reached = False
-        if now - self._ordered >= _WALK_EVERY:
+        if now - self._ordered >= _ORDER_INTERVAL:
             self._ordered = now
-            most, turn = _FASTEST
-            speed = max(-most, min(most, _GAIN * ahead)) if abs(angle) < 2.0 * near_angle else 0.0
-            self._order((speed, 0.0, max(-turn, min(turn, _GAIN * angle))))
+            most, turn = _MAX_WALK_SPEED
+            speed = max(-most, min(most, _WALK_GAIN * ahead)) if abs(angle) < 2.0 * near_angle else 0.0
+            self._order((speed, 0.0, max(-turn, min(turn, _WALK_GAIN * angle))))
 
     def _order(self, velocity: Vec3) -> None:
         walking = any(velocity)
@@ -235,7 +235,7 @@ _KINDS: Final[dict[str, ThingKind]] = {
     "LandMarks": "landmark",
     "People": "face",
 }
-_HEAD: Final = 0.15
+_FACE_DIAMETER: Final = 0.15
 """m; diameter of a person's face (assumed)."""
 MODES: Final = ("Head", "WholeBody", "Move")
 EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
@@ -255,7 +255,7 @@ class Tracker:
         following: its loop.
     """
 
-    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], KEPT)
+    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], NO_EFFECT)
 
     def __init__(self, joints: Joints, motion: JointMotion, frames: RobotFrames, following: Following) -> None:
         self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
@@ -440,7 +440,7 @@ class OldTracker:
 def _target(name: str, parameters: Any) -> FollowedTarget:
     """A target by its name and the parameter of `registerTarget`: a diameter, with or without marks."""
     if name in ("People", "Sound"):  # registered without a size
-        return FollowedTarget(name, _KINDS.get(name), _HEAD)
+        return FollowedTarget(name, _KINDS.get(name), _FACE_DIAMETER)
     size, marks = parameters, []
     if isinstance(parameters, list) and parameters:
         size = parameters[0]
