@@ -119,7 +119,8 @@ def _check(value: Any, kind: Any, path: str, ignore: bool) -> None:
     elif isinstance(value, dict) and origin is dict:
         key_kind, value_kind = get_args(kind)
         for key, item in value.items():
-            _check_key(key, key_kind, path)
+            if get_origin(key_kind) is Literal and key not in get_args(key_kind):
+                raise Invalid("", unknown_name("key", _join(path, key), get_args(key_kind)))
             _check_item(item, value_kind, _join(path, key), ignore)
     elif isinstance(value, list) and origin in (list, tuple):
         for i, (item, item_kind) in enumerate(zip(value, _item_kinds(kind, len(value)), strict=False)):
@@ -145,11 +146,6 @@ def _check_struct(value: dict[str, Any], kind: type[msgspec.Struct], path: str, 
 def _check_item(value: Any, kind: Any, path: str, ignore: bool) -> None:
     _check(value, kind, path, ignore)
     _convert(value, kind, path)
-
-
-def _check_key(key: str, kind: Any, path: str) -> None:
-    if get_origin(kind) is Literal and key not in get_args(kind):
-        raise Invalid("", unknown_name("key", _join(path, key), get_args(kind)))
 
 
 def _member(value: Any, kind: Any, path: str) -> Any:

@@ -34,7 +34,9 @@ def check_body(body: Body) -> None:
     Raises:
         ConfigurationError: names the body, the link or joint, the fault and the expected value.
     """
-    _check_names(body)
+    tree = joint_tree(body)
+    _check_same(body, "joints", body.joints, tree)
+    _check_same(body, "links", body.links, (TORSO, *tree))
     for name, joint in body.joints.items():
         if not joint.lower < joint.upper:
             _refuse(body, f"joint {name}", f"lower {joint.lower} must be below upper {joint.upper}")
@@ -77,12 +79,6 @@ def principal_moments(inertia: Sequence[float]) -> tuple[float, float, float]:
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     small, middle, large = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     return float(small), float(middle), float(large)
-
-
-def _check_names(body: Body) -> None:
-    tree = joint_tree(body)
-    _check_same(body, "joints", body.joints, tree)
-    _check_same(body, "links", body.links, (TORSO, *tree))
 
 
 def _check_same(body: Body, where: str, given: Iterable[str], wanted: Iterable[str]) -> None:

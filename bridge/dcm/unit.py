@@ -205,7 +205,9 @@ class Dcm:
             if index is None:
                 continue
             waiting = changed[index] if index in changed else self._buffers.get(index, [])
-            buffer = updated(waiting, update, [self._scheduled(index, command) for command in new])
+            counts = self._table.to_counts
+            timed = [TimedCommand(self.clock.since_start(one.time), counts(index, one.value)) for one in new]
+            buffer = updated(waiting, update, timed)
             if len(buffer) > self._limit:
                 raise DcmRefused(
                     f"The buffer of `{self.table[index].name}` takes {self._limit} timed commands; with this "
@@ -217,10 +219,6 @@ class Dcm:
                 self._buffers[index] = buffer
             else:
                 self._buffers.pop(index, None)
-
-    def _scheduled(self, index: int, command: TimedCommand) -> TimedCommand:
-        """A command in the buffer's units: ms since the start, counts."""
-        return TimedCommand(self.clock.since_start(command.time), self._table.to_counts(index, command.value))
 
     def put_frame(
         self, position: Sequence[float], stiffness: Sequence[float], without: Collection[int] = ()

@@ -30,7 +30,7 @@ _WEAK_STIFFNESS: Final = 0.2
 STAND_UP_HOLD: Final = 0.15
 """s for which a robot put on its feet is held, until its controller notices; short, because the controller
 continues meanwhile."""
-_DEFAULT_SETTINGS: Final = GuardSettings()
+_DEFAULTS: Final = GuardSettings()
 _Request = tuple[Literal["crouch", "limp", "arm"], str, threading.Event]
 
 
@@ -45,12 +45,7 @@ class Guard:
     """
 
     def __init__(
-        self,
-        body: Body,
-        settings: GuardSettings = _DEFAULT_SETTINGS,
-        *,
-        armed: bool = True,
-        dry_run: bool = False,
+        self, body: Body, settings: GuardSettings = _DEFAULTS, *, armed: bool = True, dry_run: bool = False
     ) -> None:
         self._body, self._s = body, settings
         self._motion = motion_for("sit-down", body) if settings.sit.enabled else None

@@ -19,7 +19,7 @@ from bridge.guard.config import ApproachSettings, CrouchSettings, WatchdogSettin
 from bridge.messages import SensorFrame
 from bridge.motion import Motion, MotionPlayer
 
-_PEAK_SPEED_RATIO: Final = 1.875
+_PEAK_RATIO: Final = 1.875
 """Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
 _MIN_DURATION: Final = 0.5
 """s"""
@@ -124,9 +124,7 @@ class Descent:
         self._rest = np.minimum(self._stiffness, rest)
         way = float(np.abs(self._goal - self._start).max())
         self._duration = (
-            max(_PEAK_SPEED_RATIO * way / settings.speed, _MIN_DURATION) + settings.settle_time
-            if moving
-            else 0.0
+            max(_PEAK_RATIO * way / settings.speed, _MIN_DURATION) + settings.settle_time if moving else 0.0
         )
         self._moving = self._duration - settings.settle_time
         self._release_time, self._cycle, self._time = settings.release_time, cycle, 0.0

@@ -31,7 +31,7 @@ _CAUSES: Final = {
     "unsuitable certificate purpose": "it is made for another role",
 }
 """OpenSSL's messages, with their causes."""
-_REMEDY: Final = "`nao-hil keys DIR` makes them"
+_HINT: Final = "`nao-hil keys DIR` makes them"
 _HANDSHAKE_TIMEOUT: Final = 1.0
 """s for a handshake that finds the reason of a failed one."""
 
@@ -77,10 +77,10 @@ def load_certificates(folder: Path, role: str) -> Certificates:
     own = folder / role if (folder / role).is_dir() else folder
     paths = [own / name for name in (CA, CERTIFICATE, PRIVATE_KEY)]
     if not folder.is_dir():
-        raise ConfigurationError(f"There is no folder {folder} of certificates; {_REMEDY}.")
+        raise ConfigurationError(f"There is no folder {folder} of certificates; {_HINT}.")
     for path in paths:
         if not path.is_file():
-            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_REMEDY}.")
+            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_HINT}.")
     certificates = Certificates(role, *paths)
     found = _verified_role(certificates)
     if found != role and not (role == "listener" and found in ROLES and found != "robot"):
@@ -108,9 +108,7 @@ def _verified_role(files: Certificates) -> str:
     try:
         checks.load_verify_locations(files.ca)
     except (ssl.SSLError, OSError, UnicodeError):
-        raise ConfigurationError(
-            f"{files.ca} cannot be read as a certificate in PEM form; {_REMEDY}."
-        ) from None
+        raise ConfigurationError(f"{files.ca} cannot be read as a certificate in PEM form; {_HINT}.") from None
     checks.verify_mode = ssl.CERT_REQUIRED
     for context in (client, server):
         _load_chain(context, files)
@@ -122,7 +120,7 @@ def _verified_role(files: Certificates) -> str:
         ) from None
     except ssl.SSLError as error:
         raise ConfigurationError(
-            f"{files.certificate} cannot be used: {error.reason or error}; {_REMEDY}."
+            f"{files.certificate} cannot be used: {error.reason or error}; {_HINT}."
         ) from None
 
 
@@ -134,7 +132,7 @@ def _load_chain(context: ssl.SSLContext, files: Certificates) -> None:
             sentence = f"{files.private_key} is not the key of {files.certificate}"
         else:
             sentence = f"{files.certificate} or {files.private_key} cannot be read in PEM form"
-        raise ConfigurationError(f"{sentence}; {_REMEDY}.") from None
+        raise ConfigurationError(f"{sentence}; {_HINT}.") from None
     except OSError as error:
         raise ConfigurationError(f"{files.private_key} cannot be read: {error.strerror}.") from None
 

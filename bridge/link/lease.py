@@ -2,9 +2,8 @@
 
 A lease is granted by name and ticket (a random number of the controller's start, also in its liveliness token),
 so two controllers of the same name are still two. It ends when it is given back, when the holder's liveliness
-token disappears, when another asks after `SILENCE_LIMIT` without a frame of the holder, or when the guard
-withdraws it. A holder whose token disappeared gets the same lease back if no other controller has held the
-robot since.
+token disappears, when another asks after `SILENCE_LIMIT`, or when the guard withdraws it. A holder whose token
+disappeared gets the same lease back if no other controller has held the robot since.
 """
 
 from __future__ import annotations

@@ -37,9 +37,9 @@ from bridge.messages.guard import GuardStatus
 from bridge.types import Closing
 
 _QUEUE_SIZE: Final = 64
-COMMAND_RATE: Final = 5000.0
+MAX_RATE: Final = 5000.0
 """1/s; actuator frames taken in the long run, several times the rate of lockstep."""
-COMMAND_BURST: Final = 1000
+MAX_BURST: Final = 1000
 """Actuator frames taken at once, after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published once per interval."""
@@ -63,7 +63,7 @@ class RobotLink(Closing):
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
         self._refused = 0
-        self._rate = RateLimit(COMMAND_RATE, COMMAND_BURST)
+        self._rate = RateLimit(MAX_RATE, MAX_BURST)
         self._seq = 0
         self._notice_times: dict[str, float] = {}
         self._complaints: dict[str, str] = {}
@@ -212,7 +212,7 @@ class RobotLink(Closing):
     def _on_actuators(self, payload: bytes) -> None:
         if not self._rate.admits(time.monotonic()):
             self.refuse(
-                "flood", f"Actuator frames come faster than {COMMAND_RATE:g} per second; the rest is dropped."
+                "flood", f"Actuator frames come faster than {MAX_RATE:g} per second; the rest is dropped."
             )
             return
         try:

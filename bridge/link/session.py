@@ -1,8 +1,7 @@
 """Zenoh sessions as this project opens them: one machine, no router process, no multicast; rights by key.
 
 The robot's session is a Zenoh node in `router` mode that listens on one endpoint, so that everyone connected
-to it (walker, viewer, recorder) also receives the others' messages; all others are clients that keep trying
-to connect.
+to it (walker, viewer, recorder) receives the others' messages; all others are clients with retries.
 """
 
 from __future__ import annotations

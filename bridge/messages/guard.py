@@ -49,8 +49,7 @@ class StopRequest(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     how: Literal["crouch", "limp"] = "crouch"
-    """`crouch`: crouch at limited speed, then release the joints; `limp`: release them at once, which makes a
-    standing robot fall."""
+    """`crouch`: crouch at limited speed, then release the joints; `limp`: release them at once."""
     who: Text = ""
     """Sender, for the notice."""
 

@@ -96,7 +96,8 @@ class GetUp:
             dt: time since the last one, s.
         """
         if self._player is not None and (self._player.done or _limp(frame) or self._blocked(frame, dt)):
-            self._end_try(frame)
+            self.done = self._player.done and not self._player.failed and self._stands(frame)
+            self._player = None
         if self._player is None and not self.done and self._lies_still(frame, dt):
             self.position, self.stiffness = frame.position, TRY_STIFFNESS
             if not _limp(frame):
@@ -125,19 +126,14 @@ class GetUp:
         if self._stands(frame):
             self.done = True
             return
-        below = lying(frame.angle)
-        motion = self._motions.get(below)
+        lying_side = lying(frame.angle)
+        motion = self._motions.get(lying_side)
         if motion is None or len(self.began) >= self._max_tries:
             self.done = self.failed = True
             return
-        self.began.append(below)
+        self.began.append(lying_side)
         self._behind[:] = 0.0
         self._player = MotionPlayer(motion, self._body)
-
-    def _end_try(self, frame: SensorFrame) -> None:
-        assert self._player is not None
-        self.done = self._player.done and not self._player.failed and self._stands(frame)
-        self._player = None
 
     def _stands(self, frame: SensorFrame) -> bool:
         return math.hypot(*frame.angle) < _MAX_UPRIGHT_TILT and stands(self._body, frame)

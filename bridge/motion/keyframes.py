@@ -248,7 +248,8 @@ def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
     position, stiffness, found = [0.0] * N_JOINTS, 1.0, []
     absent = absent_joints(body)
     for phase in motion.phases:
-        for last, frame in _played(phase):
+        frames = phase.frames * phase.repeat
+        for number, frame in enumerate(frames, 1):
             joints = frame.joints
             if phase.mirrored:
                 joints = {_mirror(name): _sign(name) * angle for name, angle in joints.items()}
@@ -257,14 +258,9 @@ def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
                     lower, upper = limits(body, joint)
                     position[INDEX[joint]] = min(max(angle, lower), upper)
             stiffness = stiffness if frame.stiffness is None else frame.stiffness
-            gate = phase.gate if last else None
+            gate = phase.gate if number == len(frames) else None
             found.append(KeyFrameTarget(frame.duration, tuple(position), stiffness, gate))
     return found
-
-
-def _played(phase: Phase) -> list[tuple[bool, Frame]]:
-    frames = phase.frames * phase.repeat
-    return [(number == len(frames) - 1, frame) for number, frame in enumerate(frames)]
 
 
 def _mirror(joint: str) -> str:

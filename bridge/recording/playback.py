@@ -22,9 +22,9 @@ from bridge.recording.canonical import TOPICS, Recordable
 from bridge.recording.mcap_file import METADATA
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
-_RECORD_HEAD: Final = struct.Struct("<BQ")
+_RECORD: Final = struct.Struct("<BQ")
 """Head of every MCAP record: kind, and the length of the rest."""
-_CHUNK_HEAD: Final = struct.Struct("<16xQII")
+_CHUNK: Final = struct.Struct("<16xQII")
 """Of a chunk: its times, its length unpacked, a checksum, and the length of the name of its compression."""
 MAX_RECORD_SIZE: Final = 1 << 26
 """bytes of a record, packed and unpacked; a second of the longest frames has a hundredth of it."""
@@ -91,8 +91,8 @@ def recording_end(path: str | Path) -> Ending:
     """
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
-        while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
-            kind, length = _RECORD_HEAD.unpack(head)
+        while len(head := file.read(_RECORD.size)) == _RECORD.size:
+            kind, length = _RECORD.unpack(head)
             end = file.tell() + length
             if end > size:
                 break
@@ -127,8 +127,8 @@ def _records(path: str | Path) -> Iterator[McapRecord]:
     """All records up to the footer, or to the last whole one of an incomplete file."""
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
-        while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
-            kind, length = _RECORD_HEAD.unpack(head)
+        while len(head := file.read(_RECORD.size)) == _RECORD.size:
+            kind, length = _RECORD.unpack(head)
             if kind == Opcode.FOOTER:
                 return
             if file.tell() + length > size:
@@ -144,7 +144,7 @@ def _records(path: str | Path) -> Iterator[McapRecord]:
 def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
     """The record, or when it is a chunk, those within."""
     records = []
-    if record[0] == Opcode.CHUNK and _unpacked_size(record[_RECORD_HEAD.size :]) > MAX_RECORD_SIZE:
+    if record[0] == Opcode.CHUNK and _unpacked_size(record[_RECORD.size :]) > MAX_RECORD_SIZE:
         raise _damaged(path, f"a chunk that unpacks to more than {MAX_RECORD_SIZE} bytes")
     try:
         for item in StreamReader(BytesIO(record), skip_magic=True, validate_crcs=True).records:
@@ -159,11 +159,9 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
 def _unpacked_size(chunk: bytes) -> int:
     """Bytes of a decompressed chunk, by its header and by its frame."""
     try:
-        size, _, length = _CHUNK_HEAD.unpack_from(chunk)
-        begin = _CHUNK_HEAD.size + length + 8
-        packed = (
-            zstandard.frame_content_size(chunk[begin:]) if chunk[_CHUNK_HEAD.size :][:length] == b"zstd" else 0
-        )
+        size, _, length = _CHUNK.unpack_from(chunk)
+        begin = _CHUNK.size + length + 8
+        packed = zstandard.frame_content_size(chunk[begin:]) if chunk[_CHUNK.size :][:length] == b"zstd" else 0
     except (struct.error, ZstdError):
         return 0  # cut off, or damaged: reading it raises the error
     return int(max(size, packed))

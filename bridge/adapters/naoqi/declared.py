@@ -53,7 +53,7 @@ MIN_SPEED_FRACTION: Final = 1e-4
 ROBOT_HOME: Final = Path("/home/nao")
 HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
 """The robot's home on a machine without `/home/nao`."""
-NO_EFFECT: Final = "remembered and read back, without effect"
+INERT: Final = "remembered and read back, without effect"
 """Omissions of a setting."""
 
 
@@ -233,7 +233,7 @@ class Setting:
         def put(*arguments: Any) -> Any:
             """Store the last argument; the ones before it name the part."""
             if (
-                self.partly == NO_EFFECT
+                self.partly == INERT
                 and arguments[-1] not in (False, None)
                 and self.attribute not in owner.__dict__
             ):
@@ -390,7 +390,9 @@ def _check(kind: Any, owner: object) -> Check:
             return [item(one, f"{label}[{i}]") for i, one in enumerate(value)]
 
         return of_list
-    simple: dict[Any, Check] = {float: number, int: _whole, bool: flag, str: text}
+    if kind is int:
+        return lambda value, label: round(number(value, label))
+    simple: dict[Any, Check] = {float: number, bool: flag, str: text}
     return simple.get(kind, lambda value, _: value)
 
 
@@ -428,10 +430,6 @@ def _refusal(service: str, method: str, reason: str) -> Method:
         raise NaoqiRefused(f"{service}.{method} is not offered by nao-hil: {reason}.")
 
     return Method(service, method, refuse, refuses=True)
-
-
-def _whole(value: Any, label: str) -> int:
-    return round(number(value, label))
 
 
 def number(value: Any, label: str, lower: float = -math.inf, upper: float = math.inf) -> float:

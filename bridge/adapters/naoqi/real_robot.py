@@ -109,7 +109,7 @@ class FrameReader:
         return tuple(slots)
 
 
-CALL_TIMEOUT: Final = 2.0
+TIMEOUT: Final = 2.0
 """s that connecting or a call may take."""
 _CLOCK_INTERVAL: Final = 0.0003
 """s between two readings of the robot's clock after an early one."""
@@ -266,13 +266,13 @@ class NaoqiDevice:
 
     def _await_cycle(self) -> float:
         """Read the robot's clock until it advances; the time of that reading."""
-        deadline = time.monotonic() + CALL_TIMEOUT
+        deadline = time.monotonic() + TIMEOUT
         while time.monotonic() < deadline:
             asked = time.monotonic()
             if self._call(self._memory.getListData, ["DCM/Time"])[0] != self._moment:
                 return asked
             time.sleep(_CLOCK_INTERVAL)
-        raise LinkError(f"The clock of the robot at {self._url} has not advanced for {CALL_TIMEOUT:g} s.")
+        raise LinkError(f"The clock of the robot at {self._url} has not advanced for {TIMEOUT:g} s.")
 
     def write(self, moment: int, seq: int, command: ActuatorFrame) -> None:
         """Command all joints for the time of the answered reading plus the look-ahead; does not wait.
@@ -305,12 +305,10 @@ class NaoqiDevice:
 
     def _check_pending(self) -> None:
         now = time.monotonic()
-        while self._pending and (
-            self._pending[0].done.isFinished() or now - self._pending[0].asked > CALL_TIMEOUT
-        ):
+        while self._pending and (self._pending[0].done.isFinished() or now - self._pending[0].asked > TIMEOUT):
             sent = self._pending.popleft()
             if not sent.done.isFinished():
-                raise LinkError(f"The robot at {self._url} has not answered for {CALL_TIMEOUT:g} s.")
+                raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
             if sent.done.hasError():
                 raise LinkError(f"The robot at {self._url} refused a command: {_first_line(sent.done.error())}")
             if sent.reply_to >= 0:
@@ -322,8 +320,8 @@ class NaoqiDevice:
     def _call(self, method: Any, *arguments: Any) -> Any:
         try:
             future = method(*arguments, _async=True)
-            if str(future.wait(round(1000.0 * CALL_TIMEOUT))).endswith("Running"):
-                raise LinkError(f"The robot at {self._url} has not answered for {CALL_TIMEOUT:g} s.")
+            if str(future.wait(round(1000.0 * TIMEOUT))).endswith("Running"):
+                raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
             return future.value()
         except RuntimeError as error:
             raise self._ended(error) from None
@@ -336,7 +334,7 @@ class NaoqiDevice:
         self._session.close()
 
 
-def connected(url: str, timeout: float = CALL_TIMEOUT) -> Any:
+def connected(url: str, timeout: float = TIMEOUT) -> Any:
     """A session of qi; close it.
 
     Args:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Final
 
-from bridge.adapters.naoqi.core.cameras import DrawnCameraFeed
+from bridge.adapters.naoqi.core.cameras import CameraFeed, DrawnCameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.core.walking import WalkingMethods
@@ -170,7 +170,7 @@ class NaoqiServer:
         return None
 
     def _begin(
-        self, body: Body, frame: SensorFrame, feed: DrawnCameraFeed | None
+        self, body: Body, frame: SensorFrame, feed: CameraFeed | None
     ) -> tuple[Services, WalkerHandover]:
         """Services for a new boot of a robot; a running qi server keeps its methods."""
         link = self._link

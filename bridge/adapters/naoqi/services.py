@@ -280,6 +280,8 @@ class Services:
     def _build(self) -> dict[str, dict[str, Method]]:
         now = lambda: self.joints.now  # noqa: E731
         cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
+        photos = PhotoCapture(self._feed, self._others, now)
+        films = VideoRecorder(self._feed, self._others, now)
         table = declared(
             InertSettings(),
             DcmService(self.joints),
@@ -318,7 +320,10 @@ class Services:
             *(part for detection in self._detections for part in (detection.extractor, detection)),
             self._video,
             self._scene,
-            *self._photos(now),
+            photos.setup,
+            photos,
+            films.setup,
+            films,
             self._dialog,
             Animations(self.joints, self.motion),
             Tracker(self.joints, self.motion, self._frames, self._following),
@@ -332,11 +337,6 @@ class Services:
             module = declared(_Module(name, self, methods))[name]
             table[name] = refusals(name, {*module, *methods}) | module | methods
         return table
-
-    def _photos(self, now: Callable[[], int]) -> list[object]:
-        photos = PhotoCapture(self._feed, self._others, now)
-        films = VideoRecorder(self._feed, self._others, now)
-        return [photos.setup, photos, films.setup, films]
 
     def parameters(self, service: str, method: str) -> Method:
         """An offered method.

@@ -44,11 +44,11 @@ ITERATIONS_ON_PATH: Final = 4
 """For the next pose of a path, which is near."""
 
 
-_REACH_NOTE: Final = (
+_REACH: Final = (
     "a target out of reach is approached as closely as the joint ranges allow; nothing balances the robot"
 )
-STRAIGHT_NOTE: Final = f"the joints go straight to the solution; {_REACH_NOTE}"
-AT_REST_NOTE: Final = f"at rest at each point of the path; {_REACH_NOTE}"
+STRAIGHT: Final = f"the joints go straight to the solution; {_REACH}"
+AT_REST: Final = f"at rest at each point of the path; {_REACH}"
 
 
 class _Path(NamedTuple):
@@ -288,35 +288,30 @@ class Cartesian:
             yield due
         return None
 
-    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT_NOTE)
+    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT)
     def _set_positions(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
         self.move(names, spaces, values, speed, masks, transforms=False)
 
-    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT_NOTE)
+    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT)
     def _change_position(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
         self.change(name, space, value, speed, mask, transforms=False)
 
-    @offers(
-        "ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST_NOTE
-    )
+    @offers("ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST)
     def _position_interpolations(
         self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
     ) -> Future[Any]:
         return self.along(names, spaces, paths, masks, times, absolute, transforms=False)
 
-    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT_NOTE)
+    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT)
     def _set_transforms(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
         self.move(names, spaces, values, speed, masks, transforms=True)
 
-    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT_NOTE)
+    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT)
     def _change_transform(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
         self.change(name, space, value, speed, mask, transforms=True)
 
     @offers(
-        "ALMotion.transformInterpolation",
-        "ALMotion.transformInterpolations",
-        kind="joints",
-        partly=AT_REST_NOTE,
+        "ALMotion.transformInterpolation", "ALMotion.transformInterpolations", kind="joints", partly=AT_REST
     )
     def _transform_interpolations(
         self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True

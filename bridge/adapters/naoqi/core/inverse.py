@@ -10,7 +10,7 @@ import numpy as np
 
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.body import TORSO, Body, joint_tree
-from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.body.quantities import limits
 from bridge.types import Array
 
@@ -59,7 +59,7 @@ class InverseKinematics:
     def __init__(self, body: Body, frames: RobotFrames) -> None:
         self._frames = frames
         self._tree = joint_tree(body)
-        self._limits = {joint: limits(body, _motor(joint)) for joint in body.joints}
+        self._limits = {joint: limits(body, JOINTS[INDEX_WITH_MIRROR[joint]]) for joint in body.joints}
 
     def chain(self, effector: str) -> list[str]:
         """Joints between the torso and an effector."""
@@ -86,7 +86,8 @@ class InverseKinematics:
         held = [i for i, slot in enumerate(slots) if slot in pinned]
         if not slots:
             return list(position)
-        lower, upper = self._ranges(chains, slots)
+        ranges = {INDEX_WITH_MIRROR[joint]: self._limits[joint] for chain in chains for joint in chain}
+        lower, upper = np.array([ranges[slot] for slot in slots]).T
         for _ in range(iterations):
             J, error = self._linearized(q, goals, chains, slots)
             J[:, held] = 0.0
@@ -100,14 +101,6 @@ class InverseKinematics:
                 break
         return [float(x) for x in q]
 
-    def _axes(self, chain: Sequence[str]) -> Array:
-        return np.array([self._tree[joint].axis for joint in chain])
-
-    def _ranges(self, chains: Sequence[Sequence[str]], slots: Sequence[int]) -> tuple[Array, Array]:
-        by_slot = {INDEX_WITH_MIRROR[joint]: self._limits[joint] for chain in chains for joint in chain}
-        ranges = np.array([by_slot[slot] for slot in slots])
-        return ranges[:, 0], ranges[:, 1]
-
     def _linearized(
         self, q: Array, goals: Sequence[Goal], chains: Sequence[Sequence[str]], slots: Sequence[int]
     ) -> tuple[Array, Array]:
@@ -116,7 +109,7 @@ class InverseKinematics:
         for goal, chain in zip(goals, chains, strict=True):
             here = self._frames.in_torso(goal.effector, links)
             frames = np.array([links[joint] for joint in chain])
-            axes = np.einsum("nij,nj->ni", frames[:, :3, :3], self._axes(chain))
+            axes = np.einsum("nij,nj->ni", frames[:, :3, :3], [self._tree[joint].axis for joint in chain])
             J = np.zeros((6, len(slots)))
             columns = [slots.index(INDEX_WITH_MIRROR[joint]) for joint in chain]
             J[:3, columns] = np.cross(axes, here[:3, 3] - frames[:, :3, 3]).T
@@ -134,7 +127,3 @@ def rotation_vector(R: Array) -> tuple[float, float, float]:
     angle = math.atan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0))
     scale = angle / sine if sine > 1e-9 else 1.0
     return scale * x, scale * y, scale * z
-
-
-def _motor(joint: str) -> str:
-    return "LHipYawPitch" if joint == "RHipYawPitch" else joint

@@ -243,7 +243,9 @@ class DcmService:
     @offers("DCM.setAlias", kind="joints")
     def _set_alias(self, *arguments: Any) -> None:
         command = arguments[0] if len(arguments) == 1 else list(arguments)
-        self._dcm.set_alias(set_alias_request(_list("setAlias", command)))
+        if not isinstance(command, list):
+            raise NaoqiRefused(f"DCM.setAlias: {command!r:.40} was given; a list is expected.")
+        self._dcm.set_alias(set_alias_request(command))
         self._joints.guarded.difference_update(moved_joints(self._dcm, command))
 
     @offers("DCM.createAlias")
@@ -278,12 +280,6 @@ def moved_joints(dcm: Dcm, command: Any) -> list[str]:
     written = dcm.names_of(name) if isinstance(name, str) else ()
     parts = (actuator.split("/")[0] for actuator in written)
     return [part for part in parts if part in INDEX_WITH_MIRROR]
-
-
-def _list(method: str, command: Any) -> list[Any]:
-    if not isinstance(command, list):
-        raise NaoqiRefused(f"DCM.{method}: {command!r:.40} was given; a list is expected.")
-    return command
 
 
 _SIDES: Final = ("LArm", "RArm")

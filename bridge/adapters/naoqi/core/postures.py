@@ -42,10 +42,10 @@ class PostureTransitions:
     def family(self) -> Family:
         """Posture family by the fused angle and the legs; on a side `Unknown`."""
         frame = self._joints.frame
-        below = lying(frame.angle)
-        if below == "upright":
+        lying_side = lying(frame.angle)
+        if lying_side == "upright":
             return "Standing" if stands(self._joints.body, frame) else "Sitting"
-        return _LYING_FAMILIES.get(below, "Unknown")
+        return _LYING_FAMILIES.get(lying_side, "Unknown")
 
     def to(self, family: Family) -> MotionTask:
         """The task of a transition to a family; its result is whether the robot is in it.

@@ -129,7 +129,7 @@ NEAR_DISTANCE: Final = 0.02
 """Distance below which `isCollision` returns `near`, m (assumed)."""
 _N_BALLS: Final = 6
 """Along forearm and hand."""
-_GRADIENT_STEP: Final = 1e-3
+_DELTA: Final = 1e-3
 """rad, of the gradient."""
 
 
@@ -229,10 +229,7 @@ class ArmProtection:
         now = clearance(before)
         least = ARM_MARGIN if now >= 0.5 * ARM_MARGIN else now
         step = wanted[slots] - before
-        gradient = (
-            np.array([clearance(before + row) - now for row in _GRADIENT_STEP * np.eye(len(slots))])
-            / _GRADIENT_STEP
-        )
+        gradient = np.array([clearance(before + row) - now for row in _DELTA * np.eye(len(slots))]) / _DELTA
         short = least - now - gradient @ step
         if short > 0.0 and gradient @ gradient > 0.0:
             step = step + short / (gradient @ gradient) * gradient

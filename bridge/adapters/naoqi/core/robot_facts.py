@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Setting, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Setting, offers
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 
@@ -29,14 +29,8 @@ _VERSIONS: Final = {
 """Data sheet -> version of head and body, and of its NAOqi (assumed: one of several)."""
 
 
-_BODY_PARTS: Final = (
-    "Device/LeftArm",
-    "Device/RightArm",
-    "Device/Hand/Left",
-    "Device/Hand/Right",
-    "Device/Legs",
-)
-_VERSIONED_PARTS: Final = ("Head", "Body", *(f"Body/{part}" for part in _BODY_PARTS))
+_PARTS: Final = ("Device/LeftArm", "Device/RightArm", "Device/Hand/Left", "Device/Hand/Right", "Device/Legs")
+_VERSIONED_PARTS: Final = ("Head", "Body", *(f"Body/{part}" for part in _PARTS))
 """Parts with a key for their version (confirmed: a log of NAOqi 2.1, and the keys of ROS drivers); here the
 body's."""
 MICROPHONES_VERSION: Final = "2"
@@ -150,7 +144,7 @@ class RobotFacts:
     )
     network = Answers(
         {"ALConnectionManager.services": lambda self: [_WIRED]},
-        partly="one wired service, which stands for the network of this machine",
+        partly="one wired service, in place of this machine's network",
     )
 
     @offers("ALConnectionManager.scan", partly="nothing is looked for")
@@ -246,7 +240,7 @@ def _setting(name: str, default: Any) -> Setting:
     kind = {bool: bool, int: float, float: float, str: str}.get(type(default), Any)
     reader = "is" if kind is bool and service not in _GET_READERS else "get"
     part = setting in _OF_A_PART
-    return Setting(name, default, kind, NO_EFFECT, reader=reader, returns=True, of_part=part)
+    return Setting(name, default, kind, INERT, reader=reader, returns=True, of_part=part)
 
 
 class _Others:

@@ -15,7 +15,7 @@ from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, number, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import absent_joints
@@ -340,11 +340,11 @@ class VisionExtractor(Extractor):
         self._settings[name] = round(number(values[-1], method, 0, most))
         return True
 
-    @offers(".setFrameRate", partly=NO_EFFECT)
+    @offers(".setFrameRate", partly=INERT)
     def _set_frame_rate(self, *values: Any) -> Any:
         return self._store("FrameRate", values, 30)
 
-    @offers(".setResolution", partly=NO_EFFECT)
+    @offers(".setResolution", partly=INERT)
     def _set_resolution(self, *values: Any) -> Any:
         return self._store("Resolution", values, 8)
 
@@ -440,11 +440,11 @@ class BatteryAndHeat:
         }
     )
 
-    @offers("ALBattery.enablePowerMonitoring", partly=NO_EFFECT)
+    @offers("ALBattery.enablePowerMonitoring", partly=INERT)
     def _monitor(self, enabled: bool) -> None:
         """Without effect."""
 
-    @offers("ALBodyTemperature.setEnableNotifications", partly=NO_EFFECT)
+    @offers("ALBodyTemperature.setEnableNotifications", partly=INERT)
     def _notify(self, enabled: bool) -> None:
         self._notifies = enabled
 

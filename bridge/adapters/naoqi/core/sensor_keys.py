@@ -85,7 +85,7 @@ def getters(body: Body) -> dict[str, Getter]:
     table |= {k: _item("battery", i) for i, k in enumerate(BATTERY_KEYS)}
     table |= {k: _item("sonar", i) for i, k in enumerate(SONAR_KEYS)}
     # The first echo is the distance; further echoes are not emulated and read as no echo.
-    table |= {k.replace("Value", f"Value{i}"): _no_echo for k in SONAR_KEYS for i in range(1, 10)}
+    table |= {k.replace("Value", f"Value{i}"): _zero for k in SONAR_KEYS for i in range(1, 10)}
     table["US/Sensor/Value"] = _item("sonar", 0)
     table |= {k: _item("angle", i) for i, k in enumerate(ANGLE_KEYS)}
     table["InertialSensor/AngleZ/Sensor/Value"] = _zero
@@ -133,8 +133,4 @@ def _centre(first: int, place: Sequence[float]) -> Getter:
 
 
 def _zero(_: SensorFrame) -> float:
-    return 0.0
-
-
-def _no_echo(_: SensorFrame) -> float:
     return 0.0

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.memory import stamp
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -169,7 +169,7 @@ class VideoDevice:
         found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
         return found or _CameraSubscription(self._active, -1, -1, -1)
 
-    @offers("ALVideoDevice.setCameraParameter", partly=NO_EFFECT)
+    @offers("ALVideoDevice.setCameraParameter", partly=INERT)
     def _set_of(self, handle: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
         if parameter == _CAMERA_SELECT_ID:
@@ -253,7 +253,7 @@ class VideoDevice:
         which = camera_number(camera, "ALVideoDevice.getParameter: camera")
         return self._parameters[which].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
 
-    @offers("ALVideoDevice.setParameter", partly=NO_EFFECT)
+    @offers("ALVideoDevice.setParameter", partly=INERT)
     def _set_parameter(
         self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
     ) -> bool:
@@ -266,7 +266,7 @@ class VideoDevice:
         self._parameters[which][parameter] = given
         return True
 
-    @offers("ALVideoDevice.setParam", partly=NO_EFFECT)
+    @offers("ALVideoDevice.setParam", partly=INERT)
     def _old_set(self, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setParam` of the active camera; `kCameraSelectID` chooses it."""
         if parameter == _CAMERA_SELECT_ID:
@@ -278,7 +278,7 @@ class VideoDevice:
         for handle in [h for h in self._subscriptions if name in (h, h.rpartition("_")[0])]:
             del self._subscriptions[handle]
 
-    @offers("ALVideoDevice.setAllParametersToDefault", partly=NO_EFFECT)
+    @offers("ALVideoDevice.setAllParametersToDefault", partly=INERT)
     def _reset(self, camera: Any) -> bool:
         self._parameters[camera_number(camera, "ALVideoDevice: camera")].update(PARAMETERS)
         return True
@@ -315,7 +315,7 @@ class VideoDevice:
     def _get_param(self, parameter: Any) -> Any:
         return self._active if parameter == _CAMERA_SELECT_ID else self._get_parameter(self._active, parameter)
 
-    @offers("ALVideoDevice.setParameterToDefault", partly=NO_EFFECT)
+    @offers("ALVideoDevice.setParameterToDefault", partly=INERT)
     def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
         return self._set_parameter(camera, parameter)
 
@@ -323,7 +323,7 @@ class VideoDevice:
     def _get_camera_parameter(self, handle: Any, parameter: Any) -> Any:
         return self._get_parameter(self._of(handle, "getCameraParameter").camera, parameter)
 
-    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=NO_EFFECT)
+    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=INERT)
     def _set_all_camera_parameters_to_default(self, handle: Any) -> Any:
         return self._reset(self._of(handle, "setAllCameraParametersToDefault").camera)
 

@@ -45,8 +45,8 @@ _MAX_BACKWARD_STEP: Final = 0.04
 _FEET_DISTANCE: Final = 0.1
 _MIN_FEET_DISTANCE: Final = 0.088
 """Distance of the feet in a stand, and the least one, m."""
-_MAX_STEP_TIME: Final = 0.6
-MIN_STEP_TIME: Final = 0.42
+_SLOW_STEP: Final = 0.6
+QUICK_STEP: Final = 0.42
 """s of a step."""
 
 
@@ -112,9 +112,7 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
             given |= _given(method, config)
     quickness = number(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
     feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
-    periods = [
-        _MAX_STEP_TIME + quickness * of["MaxStepFrequency"] * (MIN_STEP_TIME - _MAX_STEP_TIME) for of in feet
-    ]
+    periods = [_SLOW_STEP + quickness * of["MaxStepFrequency"] * (QUICK_STEP - _SLOW_STEP) for of in feet]
     across = [of["MaxStepY"] - max(_MIN_FEET_DISTANCE, 2.0 * _FEET_DISTANCE - of["MaxStepY"]) for of in feet]
     both = sum(periods)
     return FullSpeed(
@@ -299,10 +297,10 @@ class WalkingMethods:
         """Pose after each coming step relative to the present one, m and rad, by the vendor's step length."""
         way, count = self.handover.remaining_way(), _FIXED_STEPS
         if way is None:
-            x, y, turn = (_FIXED_STEPS * MIN_STEP_TIME * speed for speed in self.handover.velocity())
+            x, y, turn = (_FIXED_STEPS * QUICK_STEP * speed for speed in self.handover.velocity())
             way = (x, y, turn)
         elif any(way):
-            count = max(count, math.ceil(full_speed("", ()).duration(way) / MIN_STEP_TIME))
+            count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICK_STEP))
         x, y, turn = way
         shares = [i / count for i in range(1, count + 1)] if any(way) else []
         return [(share * x, share * y, share * turn) for share in shares]
@@ -318,7 +316,7 @@ class WalkingMethods:
             leg, other = ("RLeg", "LLeg") if i % 2 else ("LLeg", "RLeg")
             feet[leg] = _composed(pose, (0.0, half if leg == "LLeg" else -half, 0.0))
             place = _composed(_inverse(feet[other]), feet[leg])
-            steps.append([leg, MIN_STEP_TIME * (i + 1), list(place)])
+            steps.append([leg, QUICK_STEP * (i + 1), list(place)])
         return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
 
     @offers(

@@ -25,9 +25,9 @@ from bridge.types import Array
 _FEET: Final = ("LLeg", "RLeg")
 _LEGS: Final = ("Legs", *_FEET)
 _STATES: Final = ("Fixed", "Plane", "Free")
-_AXIS_MASKS: Final = {"Head": 56, "LArm": 7, "RArm": 7}
+_MASKS: Final = {"Head": 56, "LArm": 7, "RArm": 7}
 """Following effector -> mask of its axes (vendor's page: the head's angles, the arms' positions)."""
-_FOLLOW_SPEED: Final = 0.2
+_SPEED: Final = 0.2
 """Speed of an effector to its target, as a fraction of the largest (assumed)."""
 _BALANCE_TIME: Final = 1.0
 """Duration of a shift of the centre of mass over a foot at full speed, s (assumed)."""
@@ -35,9 +35,9 @@ _FRAME_ROBOT: Final = 2
 """FRAME_ROBOT"""
 
 
-UNBALANCED_NOTE: Final = "by inverse kinematics with the feet on the ground; no controller balances the robot"
+UNBALANCED: Final = "by inverse kinematics with the feet on the ground; no controller balances the robot"
 Leg = Annotated[str, OneOf("leg", _LEGS)]
-Follower = Annotated[str, OneOf("effector", _AXIS_MASKS)]
+Follower = Annotated[str, OneOf("effector", _MASKS)]
 
 
 class WholeBody:
@@ -61,12 +61,12 @@ class WholeBody:
         self._followed: set[str] = set()
         """Following effectors."""
 
-    @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED)
     def enable_effector(self, effector: Follower, enabled: bool) -> None:
         """Switch the following of targets on or off."""
         self._followed = self._followed | {effector} if enabled else self._followed - {effector}
 
-    @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED)
     def set_effector(
         self, effector: Follower, target: Annotated[list[float], Vector("a, b, c", -10.0, 10.0)]
     ) -> None:
@@ -78,16 +78,15 @@ class WholeBody:
         """
         place = [0.0, 0.0, 0.0, *target] if effector == "Head" else [*target, 0.0, 0.0, 0.0]
         if effector in self._followed:
-            self._cartesian.move(
-                effector, _FRAME_ROBOT, place, _FOLLOW_SPEED, _AXIS_MASKS[effector], transforms=False
-            )
+            self._cartesian.move(effector, _FRAME_ROBOT, place, _SPEED, _MASKS[effector], transforms=False)
 
     def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
         """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""
         goal = np.mean([self._sole(one) for one in _feet(leg)], axis=0)
         torso = self._frames.transform(TORSO, _FRAME_ROBOT, False)
         for _ in range(3):
-            torso[:2, 3] += goal - self._com(self._cartesian.solved(TORSO, _FRAME_ROBOT, torso))
+            position = self._cartesian.solved(TORSO, _FRAME_ROBOT, torso)
+            torso[:2, 3] += goal - self._frames.com_at("Body", position, _FRAME_ROBOT)[:2]
         path = [[float(x) for x in torso.flat]]
         moving = self._cartesian.along(TORSO, _FRAME_ROBOT, path, 63, [seconds], True, transforms=True)
         done: Future[Any] = Future()
@@ -126,33 +125,30 @@ class WholeBody:
         place: Array = (self._frames.transform(leg, _FRAME_ROBOT, False) @ (*middle, 0.0, 1.0))[:2]
         return place
 
-    def _com(self, position: Sequence[float]) -> Array:
-        return np.array(self._frames.com_at("Body", position, _FRAME_ROBOT))[:2]
-
-    @offers("ALMotion.wbEnable", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbEnable", partly=UNBALANCED)
     def _wb_enable(self, enabled: bool) -> Any:
         self._enabled = enabled
         if not self._enabled:
             self._followed.clear()
             self._states = dict.fromkeys(_FEET, "Fixed")
 
-    @offers("ALMotion.wbFootState", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbFootState", partly=UNBALANCED)
     def _wb_foot_state(self, state: Annotated[str, OneOf("state", _STATES)], support_leg: Leg) -> Any:
         self._states |= dict.fromkeys(_feet(support_leg), state)
 
-    @offers("ALMotion.wbEnableBalanceConstraint", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbEnableBalanceConstraint", partly=UNBALANCED)
     def _wb_enable_balance_constraint(self, enabled: bool, support_leg: Leg) -> None:
         """Without effect."""
 
-    @offers("ALMotion.wbEnableEffectorOptimization", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbEnableEffectorOptimization", partly=UNBALANCED)
     def _wb_enable_effector_optimization(self, effector: Any, active: bool) -> Any:
         self._frames.effector(effector)
 
-    @offers("ALMotion.wbGoToBalance", kind="joints", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbGoToBalance", kind="joints", partly=UNBALANCED)
     def _wb_go_to_balance(self, support_leg: Leg, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
         return self.go_to_balance(support_leg, duration)
 
-    @offers("ALMotion.wbGoToBalanceWithSpeed", kind="joints", partly=UNBALANCED_NOTE)
+    @offers("ALMotion.wbGoToBalanceWithSpeed", kind="joints", partly=UNBALANCED)
     def _wb_go_to_balance_with_speed(self, support_leg: Leg, speed: Fraction) -> Any:
         return self.go_to_balance(support_leg, _BALANCE_TIME / speed)
 

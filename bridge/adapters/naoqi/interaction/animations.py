@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, offers
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -51,7 +51,7 @@ def is_animation(name: str) -> bool:
     return _NAME.fullmatch(name) is not None
 
 
-GESTURES_NOTE: Final = "the vendor's animations alone are there, and they are gestures of nao-hil"
+GESTURES: Final = "the vendor's animations alone are there, and they are gestures of nao-hil"
 
 
 class Animations:
@@ -67,8 +67,8 @@ class Animations:
         self._running: dict[str, Future[Any]] = {}
         self._warned = False
 
-    @offers("ALAnimationPlayer.run", kind="joints", partly=GESTURES_NOTE)
-    @offers("ALBehaviorManager.runBehavior", kind="joints", partly=GESTURES_NOTE)
+    @offers("ALAnimationPlayer.run", kind="joints", partly=GESTURES)
+    @offers("ALBehaviorManager.runBehavior", kind="joints", partly=GESTURES)
     def run(self, name: str, *_: Any) -> Future[Any]:
         """Play the gesture for an animation; waits for its end.
 
@@ -92,18 +92,18 @@ class Animations:
         self._running[name] = running
         return running
 
-    @offers("ALAnimationPlayer.runTag", kind="joints", partly=GESTURES_NOTE)
+    @offers("ALAnimationPlayer.runTag", kind="joints", partly=GESTURES)
     def _run_tag(self, tag: str, *_: Any) -> Future[Any]:
         return self.run(f"animations/Stand/Gestures/{tag}")
 
-    @offers("ALBehaviorManager.startBehavior", kind="joints", partly=GESTURES_NOTE)
+    @offers("ALBehaviorManager.startBehavior", kind="joints", partly=GESTURES)
     def _start(self, name: str) -> None:
         self.run(name)
 
     def _names(self) -> list[str]:
         return [name for name, done in self._running.items() if not done.done()]
 
-    @offers("ALBehaviorManager.isBehaviorRunning", partly=GESTURES_NOTE)
+    @offers("ALBehaviorManager.isBehaviorRunning", partly=GESTURES)
     def _is_running(self, name: str) -> bool:
         return name in self._names()
 
@@ -123,24 +123,20 @@ class Animations:
             raise NaoqiRefused(f"ALBehaviorManager: the behaviour {name!r:.60} is not installed.")
         return name
 
-    @offers(
-        "ALBehaviorManager.isBehaviorInstalled", "ALBehaviorManager.isBehaviorPresent", partly=GESTURES_NOTE
-    )
-    @offers("ALBehaviorManager.isBehaviorLoaded", partly=GESTURES_NOTE)
+    @offers("ALBehaviorManager.isBehaviorInstalled", "ALBehaviorManager.isBehaviorPresent", partly=GESTURES)
+    @offers("ALBehaviorManager.isBehaviorLoaded", partly=GESTURES)
     def _is_installed(self, name: str) -> bool:
         return is_animation(name)
 
-    @offers("ALBehaviorManager.resolveBehaviorName", partly=GESTURES_NOTE)
+    @offers("ALBehaviorManager.resolveBehaviorName", partly=GESTURES)
     def _resolve(self, name: str) -> str:
         return self._installed(name)
 
-    @offers("ALBehaviorManager.preloadBehavior", partly=GESTURES_NOTE)
+    @offers("ALBehaviorManager.preloadBehavior", partly=GESTURES)
     def _preload(self, name: str) -> bool:
         return bool(self._installed(name))
 
-    @offers(
-        "ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=NO_EFFECT
-    )
+    @offers("ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=INERT)
     def _declare(self, tags: Any) -> None:
         """Without effect."""
 

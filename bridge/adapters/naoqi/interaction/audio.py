@@ -18,7 +18,7 @@ from weakref import WeakKeyDictionary
 from bridge.adapters.naoqi.core.memory import Publish, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.declared import (
-    NO_EFFECT,
+    INERT,
     Answers,
     Duration,
     NewFile,
@@ -56,7 +56,7 @@ class _File:
     paused: bool = False
 
 
-SILENT_NOTE: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
+SILENT: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
 Level = Annotated[float, Range(0.0, 1.0)]
 Side = Annotated[float, Range(-1.0, 1.0)]
 """Panorama: -1 left, 1 right."""
@@ -73,8 +73,8 @@ class AudioPlayer:
         numbers: for files, different from the calls'.
     """
 
-    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, NO_EFFECT)
-    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], NO_EFFECT)
+    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, INERT)
+    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], INERT)
 
     def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
         self._tasks, self._now = tasks, now
@@ -84,7 +84,7 @@ class AudioPlayer:
         self._numbers, self._plays = numbers, itertools.count(1)
         self._muted = False
 
-    @offers("ALAudioPlayer.loadFile", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.loadFile", partly=SILENT)
     def load(self, path: RobotFile) -> int:
         """Load a file; its number. One that is missing or no WAV file has no duration, with a warning."""
         if len(self._files) >= MAX_FILES:
@@ -108,7 +108,7 @@ class AudioPlayer:
             raise NaoqiRefused(f"ALAudioPlayer: {key!r:.40} is no file that loadFile gave.")
         return self._files[key]
 
-    @offers("ALAudioPlayer.play", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.play", partly=SILENT)
     def play(
         self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
@@ -116,28 +116,28 @@ class AudioPlayer:
         file.volume = volume
         return self._tasks.begin(self._played(file, loop))
 
-    @offers("ALAudioPlayer.playInLoop", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.playInLoop", partly=SILENT)
     def _play_in_loop(self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
         return self.play(file, volume, panorama, loop=True)
 
-    @offers("ALAudioPlayer.playFile", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.playFile", partly=SILENT)
     def play_file(
         self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
         """Load a file and play it."""
         return self._play_from(path, 0.0, loop, volume)
 
-    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT)
     def _play_file_in_loop(self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
         return self._play_from(path, 0.0, True, volume)
 
-    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT)
     def _play_file_from(
         self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
     ) -> Future[Any]:
         return self._play_from(path, position, False, volume)
 
-    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT_NOTE)
+    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT)
     def _play_file_in_loop_from(
         self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
     ) -> Future[Any]:
@@ -218,7 +218,7 @@ class AudioPlayer:
 
         return self._tasks.begin(task())
 
-    @offers("ALAudioPlayer.setVolume", partly=NO_EFFECT)
+    @offers("ALAudioPlayer.setVolume", partly=INERT)
     def _set_volume(self, file: Loaded, volume: Level) -> None:
         file.volume = volume
 
@@ -238,7 +238,7 @@ class AudioPlayer:
     def _get_volume(self, file: Loaded) -> float:
         return file.volume
 
-    @offers("ALAudioDevice.muteAudioOut", partly=NO_EFFECT)
+    @offers("ALAudioDevice.muteAudioOut", partly=INERT)
     def _mute_audio_out(self, muted: bool) -> Any:
         self._muted = muted
 

@@ -13,7 +13,7 @@ from bridge.adapters.naoqi.core.cartesian import look_angles
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, OneOf, Setting, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, offers
 from bridge.adapters.naoqi.interaction.detection import Scene
 from bridge.adapters.naoqi.interaction.tracker import HEAD_SPEED, PERIOD, point_of
 from bridge.body.cameras import CAMERA_LINK, cameras
@@ -42,14 +42,14 @@ class AutonomousLife:
         events.declare(_STATE, "ALAutonomousLife", self._state)
         self._enabled = dict.fromkeys(ABILITIES, False)
 
-    @offers("ALAutonomousLife.setState", partly=NO_EFFECT)
+    @offers("ALAutonomousLife.setState", partly=INERT)
     def _set_state(self, state: Annotated[str, OneOf("state", STATES)]) -> None:
         if state == "solitary" and self._state == "interactive":
             raise NaoqiRefused("ALAutonomousLife.setState: interactive ends by itself, and not by setState.")
         self._state = state
         self._events.raise_event(_STATE, state)
 
-    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=NO_EFFECT)
+    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=INERT)
     def _set_ability(self, name: Annotated[str, OneOf("ability", ("All", *ABILITIES))], enabled: bool) -> None:
         names = ABILITIES if name == "All" else (name,)
         self._enabled.update(dict.fromkeys(names, enabled))
@@ -118,7 +118,7 @@ class Awareness:
         "ALBasicAwareness.EngagementMode",
         ENGAGEMENT_MODES[0],
         Annotated[str, OneOf("engagement mode", ENGAGEMENT_MODES)],
-        NO_EFFECT,
+        INERT,
     )
     tracking = Setting(
         "ALBasicAwareness.TrackingMode",

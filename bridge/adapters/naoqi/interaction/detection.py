@@ -11,7 +11,7 @@ from bridge.adapters.naoqi.core.cameras import CAMERAS, CameraFeed
 from bridge.adapters.naoqi.core.frames import RobotFrames, position6
 from bridge.adapters.naoqi.core.memory import Events, stamp
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, Setting, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, Setting, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
@@ -74,7 +74,7 @@ class Scene:
         """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
         across, down = self._cameras[camera].field
         found = []
-        for what, name, place, diameter, links in self._things_in_view(camera):
+        for what, name, place, diameter, links in self._in_view(camera):
             x, y, z = place
             distance = math.sqrt(x * x + y * y + z * z)
             if what != kind or x <= 0.0 or distance > MAX_DISTANCE:
@@ -85,9 +85,7 @@ class Scene:
                 found.append(Sighting(name, alpha, beta, size, links))
         yield from sorted(found, key=lambda sighting: -sighting.size)
 
-    def _things_in_view(
-        self, camera: int
-    ) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
+    def _in_view(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
         """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links, of all things."""
         for seen_by, kind, name, place, diameter, head in self._feed.sights():
             if seen_by == camera:
@@ -226,11 +224,9 @@ class Faces(Detection):
     recognizes = Setting(
         "ALFaceDetection.RecognitionEnabled", True, bool, reader="is", also="enableRecognition"
     )
-    tracks = Setting(
-        "ALFaceDetection.TrackingEnabled", False, bool, NO_EFFECT, reader="is", also="enableTracking"
-    )
+    tracks = Setting("ALFaceDetection.TrackingEnabled", False, bool, INERT, reader="is", also="enableTracking")
     threshold = Setting(
-        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], NO_EFFECT
+        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], INERT
     )
 
     def __init__(self, scene: Scene, frames: RobotFrames, events: Events) -> None:

@@ -10,29 +10,15 @@ from concurrent.futures import Future
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Range, RobotFile, offers, text
-from bridge.adapters.naoqi.interaction.qichat import (
-    Pattern,
-    Rule,
-    Steps,
-    Topic,
-    captured_words,
-    parse,
-    plain_words,
-)
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, RobotFile, offers, text
+from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, captures, parse, plain_words
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-_LANGUAGE_CODES: Final = {
-    "English": "enu",
-    "French": "frf",
-    "German": "ged",
-    "Italian": "iti",
-    "Spanish": "spe",
-}
+_CODES: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
 """Codes of topics' languages (assumed except for the first two)."""
 MAX_TOPICS: Final = 100
 MAX_TOPIC: Final = 1 << 16
@@ -121,7 +107,7 @@ class Dialog:
         self._raise("LastInput", said)
         steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
-            kept = captured_words(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
+            kept = captures(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
             if kept is not None and self._holds(rule):
                 self._raise("MatchedInput", said)
                 self._raise("MatchedTopic", topic.name)
@@ -317,13 +303,13 @@ class Dialog:
             self._within = ("", [])
             self._raise("IsStarted", 0)
 
-    @offers("ALDialog.setLanguage", partly=NO_EFFECT)
+    @offers("ALDialog.setLanguage", partly=INERT)
     def _set_language(self, language: str) -> None:
         if language not in LANGUAGES:
             raise NaoqiRefused(f"ALDialog.setLanguage: {unknown_name('language', language, LANGUAGES)}.")
         self._language = language
 
-    @offers("ALDialog.setASRConfidenceThreshold", partly=NO_EFFECT)
+    @offers("ALDialog.setASRConfidenceThreshold", partly=INERT)
     def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
         self._threshold = value
 
@@ -413,4 +399,4 @@ def _words(words: Any) -> list[str]:
 def _codes(language: Any) -> set[str]:
     """Names of a language in topics: its name, or a code."""
     name = text(language, "ALDialog.getLoadedTopics: language")
-    return {name, _LANGUAGE_CODES.get(name, name)}
+    return {name, _CODES.get(name, name)}

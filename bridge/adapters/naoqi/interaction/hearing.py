@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, OneOf, Setting, number, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, number, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
@@ -30,7 +30,7 @@ class SpeechRecognition:
     """
 
     language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
-    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, NO_EFFECT)
+    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, INERT)
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -111,7 +111,7 @@ class SpeechRecognition:
     def _get_parameter(self, parameter: Parameter) -> float:
         return self._parameters[parameter]
 
-    @offers("ALSpeechRecognition.setVisualExpression", partly=NO_EFFECT)
+    @offers("ALSpeechRecognition.setVisualExpression", partly=INERT)
     def _show(self, enabled: bool) -> None:
         """Without effect."""
 

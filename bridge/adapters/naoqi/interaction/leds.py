@@ -26,7 +26,7 @@ _SIDES: Final = ("Left", "Right")
 _PARTS_OF_EYES: Final = {"Top": (7, 0), "Internal": (1, 2), "Bottom": (3, 4), "External": (5, 6)}
 """Part -> numbers of its LEDs, by lists of robots' users."""
 MAX_GROUPS: Final = 1000
-_PICTURE_TIME: Final = 0.1
+_PERIOD: Final = 0.1
 """s of one picture of random eyes (assumed)."""
 
 
@@ -178,9 +178,7 @@ class Leds:
     @offers("ALLeds.randomEyes", partly="the pattern is assumed")
     def _random(self, duration: Any) -> Future[Any]:
         shades = list(_NAMED.values())
-        return self._pattern(
-            "ALLeds.randomEyes", duration, _PICTURE_TIME, lambda i, n: shades[(5 * i + n * n) % 7]
-        )
+        return self._pattern("ALLeds.randomEyes", duration, _PERIOD, lambda i, n: shades[(5 * i + n * n) % 7])
 
     @offers("ALLeds.rotateEyes", partly="the pattern is assumed")
     def _rotate(

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, Choice, OneOf, Range, Setting, new_file, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Choice, OneOf, Range, Setting, new_file, offers
 from bridge.errors import NaoqiRefused
 
 FORMATS: Final = {
@@ -73,7 +73,7 @@ class PhotoCapture:
 
     form = Setting("ALPhotoCapture.PictureFormat", "jpg", Annotated[str, OneOf("format", FORMATS)])
     interval = Setting("ALPhotoCapture.CaptureInterval", 200, Annotated[int, Range(0, 3.6e6, "ms")])
-    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, NO_EFFECT, reader="is", returns=True)
+    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, INERT, reader="is", returns=True)
 
     def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
         self._feed, self._tasks, self._now = feed, tasks, now
@@ -127,7 +127,7 @@ class PhotoCapture:
         taken.add_done_callback(write)
         return written
 
-    @offers("ALPhotoCapture.halfPress", partly=NO_EFFECT)
+    @offers("ALPhotoCapture.halfPress", partly=INERT)
     def _half_press(self) -> bool:
         self.half = not self.half
         return True

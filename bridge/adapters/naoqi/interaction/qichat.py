@@ -216,7 +216,7 @@ class Steps:
         self.left = left
 
 
-def captured_words(
+def captures(
     pattern: Pattern, said: str, concepts: Mapping[str, Pattern], steps: Steps
 ) -> tuple[str, ...] | None:
     """The words that a pattern captures of a whole sentence; None: no match.

@@ -21,7 +21,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import NO_EFFECT, Answers, NewFile, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, NewFile, OneOf, Range, Setting, offers, text
 from bridge.errors import NaoqiRefused
 
 PROGRAM: Final = "espeak-ng"
@@ -365,17 +365,15 @@ class Speech:
     def _get_parameter(self, parameter: Parameter) -> float:
         return self._parameters[parameter]
 
-    @offers("ALTextToSpeech.loadVoicePreference", partly=NO_EFFECT)
+    @offers("ALTextToSpeech.loadVoicePreference", partly=INERT)
     def _load_voice(self, name: str) -> None:
         """Without effect."""
 
-    @offers(
-        "ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=NO_EFFECT
-    )
+    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=INERT)
     def _set_body_language_mode(self, mode: Mode) -> None:
         self._mode = mode
 
-    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=NO_EFFECT)
+    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=INERT)
     def _set_body_language_enabled(self, enabled: bool) -> Any:
         self._mode = 2 if enabled else 0
 
@@ -383,7 +381,7 @@ class Speech:
         "ALAnimatedSpeech.addTagsToWords",
         "ALAnimatedSpeech.declareTagForAnimations",
         "ALAnimatedSpeech.addTagForAnimations",
-        partly=NO_EFFECT,
+        partly=INERT,
     )
     def _keep_tags(self, tags: Any) -> None:
         """Check tags of animations or words; no effect."""

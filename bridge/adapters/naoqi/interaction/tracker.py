@@ -17,7 +17,7 @@ from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import (
-    NO_EFFECT,
+    INERT,
     Answers,
     OneOf,
     Range,
@@ -255,7 +255,7 @@ class Tracker:
         following: its loop.
     """
 
-    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], NO_EFFECT)
+    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], INERT)
 
     def __init__(self, joints: Joints, motion: JointMotion, frames: RobotFrames, following: Following) -> None:
         self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
