@@ -209,10 +209,10 @@ class NaoqiDevice:
         hands = self._value(f"{PREFIX}LHand/Position/Sensor/Value") is not None
         name = BODIES.get((str(version), hands))
         if name is None:
-            what = "with" if hands else "without"
+            suffix = "with" if hands else "without"
             raise ConfigurationError(
-                f"The robot at {self._url} reports a {version} {what} hands, of which there is no data "
-                "sheet; name the nearest with --robot."
+                f"The robot at {self._url} reports a {version} {suffix} hands, which has no data sheet; "
+                "name the nearest with --robot."
             )
         return name
 

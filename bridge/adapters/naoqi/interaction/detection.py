@@ -74,10 +74,10 @@ class Scene:
         """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
         across, down = self._cameras[camera].field
         found = []
-        for what, name, place, diameter, links in self._in_view(camera):
+        for found_kind, name, place, diameter, links in self._nearby(camera):
             x, y, z = place
             distance = math.sqrt(x * x + y * y + z * z)
-            if what != kind or x <= 0.0 or distance > MAX_DISTANCE:
+            if found_kind != kind or x <= 0.0 or distance > MAX_DISTANCE:
                 continue
             alpha, beta = math.atan2(y, x), -math.atan2(z, x)
             if abs(alpha) <= 0.5 * across and abs(beta) <= 0.5 * down:
@@ -85,8 +85,8 @@ class Scene:
                 found.append(Sighting(name, alpha, beta, size, links))
         yield from sorted(found, key=lambda sighting: -sighting.size)
 
-    def _in_view(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
-        """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links, of all things."""
+    def _nearby(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
+        """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links of each thing."""
         for seen_by, kind, name, place, diameter, head in self._feed.sights():
             if seen_by == camera:
                 yield kind, name, place, diameter, self._frames.measured_links(head)
@@ -110,14 +110,14 @@ class Scene:
             place: in the world's space, `[x, y, z]`, m.
             size: diameter, m.
         """
-        what, which = _kind(kind), _name(kind, name)
+        key = checked, label = _kind(kind), _name(kind, name)
         if not isinstance(place, list) or len(place) != 3:
             raise NaoqiRefused(f"NaoHil.show: {place!r:.60} was given; [x, y, z] in m is expected.")
         x, y, z = (number(item, "NaoHil.show: place", -1e3, 1e3) for item in place)
-        wide = THING_SIZES[what] if size is None else size
-        if (what, which) not in self._things and len(self._things) >= MAX_THINGS:
+        wide = THING_SIZES[checked] if size is None else size
+        if key not in self._things and len(self._things) >= MAX_THINGS:
             raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
-        self._things[what, which] = ShownThing(cast(Kind, what), which, (x, y, z), wide)
+        self._things[key] = ShownThing(cast(Kind, checked), label, (x, y, z), wide)
 
     @offers("NaoHil.hide")
     def _hide(self, kind: Any, name: Any) -> None:
@@ -133,10 +133,10 @@ class Scene:
 
 
 def _kind(kind: Any) -> str:
-    what = text(kind, "NaoHil: kind")
-    if what not in THING_SIZES:
-        raise NaoqiRefused(f"NaoHil: {unknown_name('kind', what, THING_SIZES)}.")
-    return what
+    name = text(kind, "NaoHil: kind")
+    if name not in THING_SIZES:
+        raise NaoqiRefused(f"NaoHil: {unknown_name('kind', name, THING_SIZES)}.")
+    return name
 
 
 def _name(kind: Any, name: Any) -> str:

@@ -59,7 +59,7 @@ class Dialog:
         """Topic and tag of each disabled proposal."""
         self._within: tuple[str, list[Rule]] = ("", [])
         """Topic and rules with priority after the last answer."""
-        self._turns: Counter[tuple[str, str]] = Counter()
+        self._turns: Counter[tuple[str, ...]] = Counter()
         """Number of uses of each answer with alternatives."""
         self._answers = False
         self._focus, self._language, self._threshold = "", "English", 0.5
@@ -168,8 +168,7 @@ class Dialog:
         answer = re.sub(r"~(\w+)", lambda m: self._one_of(topic, m[1]), answer)
         return re.sub(r"\s+([.,!?])", r"\1", " ".join(answer.replace('"', " ").split()))
 
-    def _turn(self, *what: str) -> int:
-        key = what[0], what[1]
+    def _turn(self, *key: str) -> int:
         if len(self._turns) > MAX_CONCEPTS:
             self._turns.clear()
         self._turns[key] += 1
