@@ -1,6 +1,6 @@
-"""Configuration files: TOML in, a checked msgspec struct out, or one sentence that names a fault's place.
+"""Configuration files: TOML checked and converted to msgspec structs; an error names the place of the fault.
 
-Used for every file a person may write: bodies, gaits, wear profiles, scenarios. An unknown key is an
+Used for every file that a user may write: bodies, gaits, wear profiles, scenarios. An unknown key is an
 error with a suggestion, whether or not the struct forbids unknown fields: a silently ignored misspelling
 would be a wrong number in an experiment.
 """
@@ -24,14 +24,14 @@ else:
 
 T = TypeVar("T", bound=msgspec.Struct)
 
-MAX_TOML: Final = 1 << 18
+MAX_TOML_SIZE: Final = 1 << 18
 """bytes of a TOML file; tomllib needs a second for so many of the slowest kind."""
-MAX_PARTS: Final = 32
+MAX_KEY_PARTS: Final = 32
 """Of a dotted key: tomllib needs time by their square."""
 
 
 def read_limited(path: str | Path, limit: int, right: str) -> bytes:
-    """The content of a file that a person names: no device, no pipe, and no longer than it can be.
+    """Content of a regular file of limited length.
 
     Args:
         path: the file.
@@ -48,7 +48,7 @@ def read_limited(path: str | Path, limit: int, right: str) -> bytes:
             raise ConfigurationError(f"{path}: is a {kind}; {right}.")
         if status.st_size <= limit:
             with Path(path).open("rb") as file:
-                data = file.read(limit + 1)  # a file of /proc has more than its size says
+                data = file.read(limit + 1)  # a file of /proc is longer than its size
             if len(data) <= limit:
                 return data
     except (OSError, ValueError) as error:  # a zero byte in the path is a ValueError
@@ -76,7 +76,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     Raises:
         ConfigurationError: unreadable, or not TOML.
     """
-    data = read_limited(path, MAX_TOML, f"give a readable TOML file of at most {MAX_TOML} bytes")
+    data = read_limited(path, MAX_TOML_SIZE, f"give a readable TOML file of at most {MAX_TOML_SIZE} bytes")
     try:
         text = data.decode("utf-8-sig")
     except ValueError as error:
@@ -85,7 +85,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str, where: str, kind: type[T]) -> T:
-    """TOML text as a struct.
+    """Parse TOML text into a struct.
 
     Args:
         text: the TOML.
@@ -99,12 +99,12 @@ def parse_toml(text: str, where: str, kind: type[T]) -> T:
 
 
 def _parsed(text: str, where: str) -> dict[str, Any]:
-    if len(text) > MAX_TOML:
-        raise ConfigurationError(f"{where}: has more than {MAX_TOML} letters, which no TOML file may have")
+    if len(text) > MAX_TOML_SIZE:
+        raise ConfigurationError(f"{where}: has more than {MAX_TOML_SIZE} letters, which no TOML file may have")
     for number, line in enumerate(text.splitlines(), 1):
         # A list of numbers has commas between its dots.
-        if line.count(".") > MAX_PARTS and _parts(line) > MAX_PARTS:
-            raise ConfigurationError(f"{where}: line {number}: a key of more than {MAX_PARTS} parts")
+        if line.count(".") > MAX_KEY_PARTS and _key_parts(line) > MAX_KEY_PARTS:
+            raise ConfigurationError(f"{where}: line {number}: a key of more than {MAX_KEY_PARTS} parts")
     try:
         data: dict[str, Any] = tomllib.loads(text)
     except RecursionError as error:
@@ -114,7 +114,7 @@ def _parsed(text: str, where: str) -> dict[str, Any]:
     return data
 
 
-def _parts(line: str) -> int:
+def _key_parts(line: str) -> int:
     """Most parts of a dotted key in a line of TOML; spaces around the dots do not end it."""
     return max(word.count(".") for word in "".join(line.split()).split(",")) + 1
 

@@ -1,4 +1,4 @@
-"""Errors a person may cause or meet, each with one sentence and an exit code."""
+"""Errors that a user can cause, each with one sentence and an exit code."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import ClassVar
 
 
 class NaoHilError(Exception):
-    """Base of all errors with a message for the user, which says the fault and the remedy."""
+    """Base of all errors whose message names the fault and the remedy to the user."""
 
     exit_code: ClassVar[int] = 3
 
@@ -22,7 +22,7 @@ class LinkError(NaoHilError):
 
 
 class RobotSilent(LinkError):
-    """The robot did not answer; it may have gone."""
+    """The robot does not answer."""
 
 
 class FrameError(NaoHilError):

@@ -1,6 +1,6 @@
 """Knowledge of the ground before a walk: plain data for a planner.
 
-Nothing here says where the knowledge is from: a scenario's file, a measurement, a map.
+Its source is open: a scenario's file, a measurement, a map.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ class KnownGround(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     @property
     def flat(self) -> bool:
-        """Whether there is nothing to know."""
+        """Whether there is neither slope nor patch."""
         return self.slope == 0.0 and not self.patches
 
     def stretched(self, factor: float) -> KnownGround:
-        """The same for a walk that counts its way in other metres: all places along it times a factor."""
+        """The same ground with all places along the walk times a factor, for a walk with other metres."""
         patches = tuple(
             msgspec.structs.replace(patch, x=(factor * patch.x[0], factor * patch.x[1]))
             for patch in self.patches

@@ -8,7 +8,7 @@ from typing import Final
 import msgspec
 
 MIN_DURATION: Final = 1e-6
-"""Upper edge of the first bin, s; everything at or below it is counted there."""
+"""Upper edge of the first bin, s; it holds all shorter durations."""
 MAX_DURATION: Final = 10.0
 """Upper edge of the last but one bin, s; longer durations fall into the last."""
 BINS_PER_DECADE: Final = 20
@@ -18,7 +18,7 @@ _N_EDGES: Final = round(math.log10(MAX_DURATION / MIN_DURATION) * BINS_PER_DECAD
 
 
 class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
-    """A histogram in four numbers, s; all 0 when nothing was counted."""
+    """Summary of a histogram in four numbers, s; all 0 without counts."""
 
     count: int
     p50: float

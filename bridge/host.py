@@ -10,8 +10,8 @@ A robot that sets the pace (LoLA, NAOqi, an emulator in real time) calls `exchan
             if command is not None:           # None: the command in force stays
                 device.write(command.position, command.stiffness)
 
-Everything else, as the lease, the watchdog, arming, the emergency stop and the notices, happens inside. A robot
-that waits for its controller (lockstep) calls `publish`, `admit` and `decide` itself.
+Lease, watchdog, arming, emergency stop and notices need no further calls. A robot that waits for its controller
+(lockstep) calls `publish`, `admit` and `decide` itself.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CONFIRM_TIMEOUT: Final = 0.5
 STATUS_INTERVAL: Final = 0.5
 """s of wall clock after which a status that has not changed is published again."""
 DESCENT_TIMEOUT: Final = 15.0
-"""s for the descent of a robot that still stands when its bridge ends."""
+"""s for the descent of a standing robot when its bridge ends."""
 
 logger = logging.getLogger(__name__)
 
@@ -86,8 +86,8 @@ class RobotHost:
     Args:
         link: open link, robot side.
         guard: of this robot.
-        observers: told of each cycle; of its frames only by an emulated robot, which has the truth beside them.
-        dry_run: everything but the commands: they are guarded and observed, and none is given out.
+        observers: get the commands and notices; the frames, which need the truth, only from an emulated robot.
+        dry_run: commands are guarded and observed, but not returned.
         emulated: a holder that serves another robot's protocol is followed as that robot follows it.
     """
 
@@ -109,7 +109,7 @@ class RobotHost:
         self.in_force = -1
         """`reply_to` of the command in force; -1: none yet."""
         self.missed = 0
-        """Cycles that a controller was expected to serve and did not in time."""
+        """Expected answers that were not in time, cycles."""
         link.serve(keys.GUARD, lambda _: encode(self.status))
         link.serve(keys.STOP, self._on_stop)
         link.serve(keys.ARM, self._on_arm)
@@ -121,7 +121,7 @@ class RobotHost:
         return msgspec.structs.replace(self.guard.status, holder=holder.name if holder else "")
 
     def report(self) -> None:
-        """Publish the status if it has changed, or has not been published for `STATUS_INTERVAL`."""
+        """Publish a status that is new or `STATUS_INTERVAL` old."""
         now, status = time.monotonic(), self.status
         if status != self._reported or now >= self._report_due:
             self._reported, self._report_due = status, now + STATUS_INTERVAL
@@ -149,7 +149,7 @@ class RobotHost:
         return self.decide(frame, command, supervised=self.supervised)
 
     def should_end(self, stop: threading.Event) -> bool:
-        """Whether a bridge's loop ends now: it was asked to, and the robot is down or had its time.
+        """Whether a bridge's loop ends now: after a stop, once the robot is down or its time is over.
 
         Args:
             stop: set when the loop is to end; the robot is brought down then.
@@ -184,7 +184,7 @@ class RobotHost:
 
     @property
     def expected(self) -> bool:
-        """An answer to the newest frame is expected: one controller has held the robot since it went out."""
+        """An answer to the newest frame is expected: one controller has held the robot since then."""
         return self._asked is not None and self._asked == self.link.holder
 
     @property
@@ -203,7 +203,7 @@ class RobotHost:
 
         Args:
             frame: the robot's measurements.
-            truth_of: computes the truth; called once the frame is out, because its controller waits for that.
+            truth_of: computes the truth; called after the publication, because the controller waits for it.
         """
         self._asked = self.link.holder
         self.link.publish(frame)
@@ -216,7 +216,7 @@ class RobotHost:
     def admit(self, commands: Sequence[ActuatorFrame], seq: int) -> ActuatorFrame | None:
         """The newest command that the guard does not refuse, inside the joints' ranges; None: there is none.
 
-        A notice tells of a refusal, and of an angle that is clipped, in any of them.
+        A notice reports each refusal and each clipped angle.
 
         Args:
             commands: those of a cycle, in order.
@@ -263,7 +263,7 @@ class RobotHost:
         return given
 
     def rest_released(self, seq: int) -> None:
-        """A robot that waits for answers (lockstep) waits in vain: it may have been released since `seq`."""
+        """Have the guard act on a release since `seq`, for which a robot in lockstep would wait in vain."""
         if self.link.holder is None and not self.link.leases.abandoned:
             self.guard.released(seq)
             self._publish_notices()

@@ -1,4 +1,4 @@
-"""Convex hull of points in the plane, and how far inside it a point is (support polygon: Prenner 2011, 3.1)."""
+"""Convex hull of points in the plane, and a point's margin in it (support polygon: Prenner 2011, 3.1)."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _distance_to_segment(a: Point, b: Point, point: Point) -> float:
 
 @dataclass(frozen=True)
 class SupportPolygon:
-    """A convex polygon on the ground; a line or a point where the contacts are no more than that."""
+    """A convex polygon on the ground; it may be a line or a point."""
 
     corners: tuple[Point, ...]
     """Counter-clockwise, m, as `convex_hull` gives them."""

@@ -21,14 +21,14 @@ def quiet_process(priority: int | None) -> bool:
     """Prepare the calling process for short, punctual cycles; call it once everything is built.
 
     Sets the timer slack of the calling thread to 1 ns (Linux; the default of 50 us is added to every sleep),
-    and takes all living objects out of the garbage collector's sight (a full collection of a large process
+    and hides all living objects from the garbage collector (a full collection of a large process
     takes tens of milliseconds).
 
     Args:
         priority: also ask for SCHED_FIFO with this one; None: stay an ordinary process.
 
     Returns:
-        Whether the process now runs under SCHED_FIFO; without the permission it goes on as an ordinary one.
+        Whether the process now runs under SCHED_FIFO; without the permission it stays an ordinary one.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)

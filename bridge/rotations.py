@@ -80,7 +80,7 @@ def angles(R: Array) -> Vec3:
 
 
 def planar_point(frame: Vec3, point: Sequence[float]) -> Vec2:
-    """A point of a frame in the plane, in the coordinates that the frame's own pose is given in.
+    """Transform a point of a planar frame to the coordinates of the frame's own pose.
 
     Args:
         frame: origin, m, and yaw, rad, of the frame.

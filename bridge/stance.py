@@ -1,4 +1,4 @@
-"""Whether the robot stands, by leg joints and fused angle alone: a broken force sensor must not decide."""
+"""Detection of a standing robot by leg joints and fused angle, without the force sensors, which may fail."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from bridge.types import SIDES, Positive
 
 FALLEN_TILT: Final = math.radians(45.0)
 """Tilt of the torso from which a robot counts as fallen, rad."""
-_STIFF: Final = 0.2
-"""A robot stands by a leg only if each of its joints has at least this stiffness."""
+_MIN_STIFFNESS: Final = 0.2
+"""Least stiffness of each joint of a supporting leg."""
 
 
 class StanceSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When a robot counts as standing, and crouches; otherwise it goes limp where it is. One foot is enough."""
+    """Bounds within which one foot supports the robot; without a supporting foot the guard makes it limp."""
 
     max_sole_tilt: Positive = 0.35
     """rad between the sole and the horizontal."""
@@ -36,7 +36,7 @@ STANCE: Final = StanceSettings()
 
 def legs_stiff(stiffness: Sequence[float]) -> bool:
     """Whether the legs hold the robot, by 25 stiffnesses in frame order."""
-    return min(stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) >= _STIFF
+    return min(stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) >= _MIN_STIFFNESS
 
 
 def stands(body: Body, frame: SensorFrame, settings: StanceSettings = STANCE) -> bool:

@@ -1,4 +1,4 @@
-"""Types that many modules share: checked numbers, vectors, sides, and arrays of numpy.
+"""Shared types: checked numbers, vectors, sides, and arrays of numpy.
 
 msgspec checks the bounds wherever a struct has a field of such a type: on the wire and in a file.
 """
@@ -37,10 +37,10 @@ Pose = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 Side = Literal["L", "R"]
 """Left or right."""
 SIDES: Final[tuple[Side, Side]] = ("L", "R")
-"""In the order of all that is given for both."""
+"""Order of every pair of values."""
 
 Array = NDArray[np.float64]
-"""Floats of any shape; the docstring of the function says which."""
+"""Floats; the shape is in the docstring of the function."""
 
 C = TypeVar("C", bound="Closing")
 

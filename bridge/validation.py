@@ -1,6 +1,6 @@
 """Check plain data against msgspec types, and name the first fault's place and the expected value.
 
-The only place that words a fault: files, options, frames and commands all use it.
+Words the faults of files, options, frames and commands.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Invalid(ValueError):
 
 
 def _shortened(text: str) -> str:
-    """Text of a file may be of any length; a sentence has room for its beginning and its end."""
+    """Beginning and end of a text that is too long for a sentence."""
     return text if len(text) <= _MAX_TEXT else f"{text[: _MAX_TEXT // 2]}...{text[-_MAX_TEXT // 2 :]}"
 
 
@@ -104,7 +104,7 @@ def _convert(value: Any, kind: Any, path: str) -> Any:
 
 
 def _check(value: Any, kind: Any, path: str, ignore: bool) -> None:
-    """Walk value and type together, so that the error can name the exact place."""
+    """Traverse value and type together, so that the error names the exact place."""
     while get_origin(kind) is Annotated:
         kind = get_args(kind)[0]
     if isinstance(value, float) and not math.isfinite(value):
@@ -119,7 +119,8 @@ def _check(value: Any, kind: Any, path: str, ignore: bool) -> None:
     elif isinstance(value, dict) and origin is dict:
         key_kind, value_kind = get_args(kind)
         for key, item in value.items():
-            _check_key(key, key_kind, path)
+            if get_origin(key_kind) is Literal and key not in get_args(key_kind):
+                raise Invalid("", unknown_name("key", _join(path, key), get_args(key_kind)))
             _check_item(item, value_kind, _join(path, key), ignore)
     elif isinstance(value, list) and origin in (list, tuple):
         for i, (item, item_kind) in enumerate(zip(value, _item_kinds(kind, len(value)), strict=False)):
@@ -147,13 +148,8 @@ def _check_item(value: Any, kind: Any, path: str, ignore: bool) -> None:
     _convert(value, kind, path)
 
 
-def _check_key(key: str, kind: Any, path: str) -> None:
-    if get_origin(kind) is Literal and key not in get_args(kind):
-        raise Invalid("", unknown_name("key", _join(path, key), get_args(kind)))
-
-
 def _member(value: Any, kind: Any, path: str) -> Any:
-    """The member of a union that a table claims to be by its tag; the union itself if nothing tells."""
+    """Member of a union by the table's tag; the union itself without a usable tag."""
     others = [k for k in get_args(kind) if k is not types.NoneType]
     if len(others) == 1 and value is not None:
         return others[0]

@@ -1,7 +1,7 @@
 """A real robot's side of the link, common to LoLA and NAOqi: settings, counts, guard and host of a connection.
 
-Each connection to a robot is a boot of its own: when it ends, the robot's token disappears, and the next one
-begins at `seq` 0 again, disarmed. The robot itself keeps the last command it got.
+Each connection to a robot is a boot of its own: at its end the robot's token disappears, and the next one
+begins at `seq` 0, disarmed. The robot itself keeps its last command.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from bridge.recording.observer import NoticeLog
 
 logger = logging.getLogger(__name__)
 
-_RETRY: Final = 0.5
+_RETRY_INTERVAL: Final = 0.5
 """s between two attempts to connect."""
 
 
@@ -38,12 +38,12 @@ class BridgeSettings(msgspec.Struct, frozen=True, kw_only=True):
     software: str
     """For `Info`."""
     body: str | None = None
-    """Data sheet; None: by the version that the robot reports."""
+    """Data sheet; None: by the robot's reported version."""
     mode: str = "real-time"
-    """`lockstep`: at the other end is a served LoLA of a robot in lockstep, which waits for answers."""
+    """`lockstep`: for a served LoLA of a robot in lockstep, which waits for answers."""
     guard: GuardSettings = GuardSettings()
     dry_run: bool = False
-    """Everything but the commands."""
+    """Send no commands to the robot."""
     priority: int | None = None
     """SCHED_FIFO priority to ask for; None: none."""
 
@@ -53,11 +53,11 @@ class BridgeCounts(msgspec.Struct, kw_only=True):
 
     connections: int = 0
     left_out: int = 0
-    """Cycles of the robot that were overtaken by a newer one before they were read."""
+    """Cycles of the robot without a reading."""
     commands: int = 0
     """Sent to the robot."""
     missed: int = 0
-    """Cycles that a controller was expected to serve and did not in time."""
+    """Expected answers that were not in time, cycles."""
 
 
 class Retry:
@@ -72,11 +72,11 @@ class Retry:
         self._reason = ""
 
     def wait(self, reason: object) -> None:
-        """Wait for the next attempt; the reason is logged if it is a new one."""
+        """Wait for the next attempt; a new reason is logged."""
         if str(reason) != self._reason:
             self._reason = str(reason)
             logger.warning("%s Trying again.", reason)
-        self._stop.wait(_RETRY)
+        self._stop.wait(_RETRY_INTERVAL)
 
     def succeeded(self) -> None:
         """Log the next reason in any case."""
@@ -85,7 +85,7 @@ class Retry:
 
 @contextlib.contextmanager
 def hosted(settings: BridgeSettings, body: Body, counts: BridgeCounts, side: str) -> Iterator[RobotHost]:
-    """The host of one connection; a connection that ends inside is logged, and ends the context.
+    """The host of one connection, whose end is logged and ends the context.
 
     Args:
         settings: of the bridge.

@@ -1,4 +1,4 @@
-"""Signs and units of each robot's sensors beside those of the contract: LoLA's packets, NAOqi's memory.
+"""Signs and units of each robot's sensors against the contract's: LoLA's packets, NAOqi's memory.
 
 | quantity | contract | LoLA (V6) | NAOqi (V3 to V5) |
 |---|---|---|---|
@@ -57,5 +57,5 @@ def with_signs(reading: Sequence[float], signs: Vec3) -> Vec3:
 
 
 def motor_status(temperature: float) -> int:
-    """Status that a robot reports of a motor of this temperature (degrees Celsius), 0 to 3."""
+    """Status of a motor of this temperature (degrees Celsius), 0 to 3."""
     return sum(temperature >= limit for limit in _STATUS_FROM)

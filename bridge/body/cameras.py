@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from bridge.body.model import Body
 from bridge.types import Vec2, Vec3
 
-LINK: Final = "HeadPitch"
+CAMERA_LINK: Final = "HeadPitch"
 """Link that carries both."""
 
 

@@ -42,11 +42,11 @@ LegAngles = tuple[float, float, float, float, float, float]
 
 _H: Final = math.sqrt(0.5)
 _ROUNDING: Final = 1e-12
-"""Out of reach by less than this is rounding of a stretched leg, m."""
+"""Excess distance that counts as rounding of a stretched leg, m."""
 _YAW_TOLERANCE: Final = 1e-9
 """Of the angle between the feet, rad: a millionth of an encoder's step."""
 _MAX_ITERATIONS: Final = 60
-_SCAN: Final = 32
+_SCAN_INTERVALS: Final = 32
 
 
 class LegPair(NamedTuple):
@@ -55,8 +55,8 @@ class LegPair(NamedTuple):
     left: LegAngles
     right: LegAngles
     yaw: float
-    """Turn of both feet about their own soles' normals away from the targets, rad. Eleven motors cannot meet
-    twelve conditions: positions, soles' normals and the angle between the feet are met, this one is left."""
+    """Turn of both feet about their own soles' normals away from the targets, rad. Eleven motors cannot satisfy
+    twelve conditions: this turn is the free one."""
     spread: float
     """Error of the angle between the feet, rad (left against right): zero to 1e-12 in any stance, not
     always with legs drawn up to the ends of their ranges, or for feet turned further than the hips allow."""
@@ -137,7 +137,7 @@ def _target(body: Body, side: Side, foot: FootPose) -> _Target:
     return _Target(side, sign, ankle, foot.axes, knee, at_hip, at_ankle)
 
 
-def _six(target: _Target) -> LegAngles:
+def _six_angles(target: _Target) -> LegAngles:
     """All six angles of a leg from the full pose of its foot."""
     knee, sign = target.knee, target.sign
     (n_x, s_x, a_x), (n_y, s_y, a_y), (n_z, s_z, a_z) = target.axes
@@ -167,7 +167,7 @@ def _six(target: _Target) -> LegAngles:
     return phi_2, psi_4, theta_5, knee, theta_7, psi_8
 
 
-def _five(target: _Target, phi_2: float) -> tuple[LegAngles, float]:
+def _five_angles(target: _Target, phi_2: float) -> tuple[LegAngles, float]:
     """The angles with HipYawPitch given, and the yaw of the foot about its normal away from the target."""
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = hip_rotation(target.side, phi_2)
     v_x, v_y, v_z = target.ankle
@@ -217,12 +217,12 @@ def solve_legs(body: Body, left: FootPose, right: FootPose) -> LegPair:
     targets = _target(body, "L", left), _target(body, "R", right)
     # Each leg's own solution is a zero of its own yaw, which falls for the left and rises for the right: where
     # legs stand as in walking, the two bracket the shared angle.
-    low = _shared(*targets, _six(targets[0])[0])
+    low = _shared(*targets, _six_angles(targets[0])[0])
     if abs(low.spread) <= _YAW_TOLERANCE:
         return low
-    high = _shared(*targets, _six(targets[1])[0])
+    high = _shared(*targets, _six_angles(targets[1])[0])
     if low.spread * high.spread < 0.0:
-        pair = _close_in(*targets, low, high)
+        pair = _zero_between(*targets, low, high)
         if abs(pair.spread) <= _YAW_TOLERANCE:
             return pair
     return _search(*targets, body.joints["LHipYawPitch"])
@@ -230,20 +230,20 @@ def solve_legs(body: Body, left: FootPose, right: FootPose) -> LegPair:
 
 def _shared(left: _Target, right: _Target, phi_2: float) -> LegPair:
     """Both legs at one HipYawPitch."""
-    left_angles, left_yaw = _five(left, phi_2)
-    right_angles, right_yaw = _five(right, phi_2)
+    left_angles, left_yaw = _five_angles(left, phi_2)
+    right_angles, right_yaw = _five_angles(right, phi_2)
     return LegPair(left_angles, right_angles, 0.5 * (left_yaw + right_yaw), _wrap(left_yaw - right_yaw))
 
 
 def _search(left: _Target, right: _Target, hip_yaw_pitch: JointSheet) -> LegPair:
     """The zero of the spread in HipYawPitch's range that turns the feet least; if none is found, the least one.
 
-    Needed by legs drawn up far before or beside the body only, where the spread is no longer monotonic.
+    Needed only for legs drawn up far in front of the body or to its side, where the spread is not monotonic.
     """
-    step = (hip_yaw_pitch.upper - hip_yaw_pitch.lower) / _SCAN
-    scan = [_shared(left, right, hip_yaw_pitch.lower + i * step) for i in range(_SCAN + 1)]
+    step = (hip_yaw_pitch.upper - hip_yaw_pitch.lower) / _SCAN_INTERVALS
+    scan = [_shared(left, right, hip_yaw_pitch.lower + i * step) for i in range(_SCAN_INTERVALS + 1)]
     changes = [(a, b) for a, b in itertools.pairwise(scan) if a.spread * b.spread <= 0.0]
-    pairs = [_close_in(left, right, a, b) for a, b in changes]
+    pairs = [_zero_between(left, right, a, b) for a, b in changes]
     # Where a roll jumps by half a turn the spread changes sign without a zero.
     zeros = [pair for pair in pairs if abs(pair.spread) <= _YAW_TOLERANCE]
     if zeros:
@@ -251,7 +251,7 @@ def _search(left: _Target, right: _Target, hip_yaw_pitch: JointSheet) -> LegPair
     return min(scan, key=lambda pair: abs(pair.spread))
 
 
-def _close_in(left: _Target, right: _Target, low: LegPair, high: LegPair) -> LegPair:
+def _zero_between(left: _Target, right: _Target, low: LegPair, high: LegPair) -> LegPair:
     """Zero of the spread between two ends: secant steps that halve a stale end (Illinois)."""
     f_low, f_high = low.spread, high.spread
     for _ in range(_MAX_ITERATIONS):

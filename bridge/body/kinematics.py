@@ -186,7 +186,7 @@ class CentreOfMass:
     """
 
     tree: BodyTree
-    """The forward kinematics it goes through."""
+    """Its forward kinematics."""
     mass: float
     """Of the whole robot, kg."""
 
@@ -261,7 +261,7 @@ class FloatingBase:
         """Middle of each sole (FM), as `soles`, shape (4,)."""
 
     def in_torso(self, position: Sequence[float]) -> Array:
-        """Link frames in the Torso frame, computed once for all who ask for them in a cycle.
+        """Link frames in the Torso frame, computed once per cycle.
 
         Args:
             position: the 25 joint angles of a frame, rad.

@@ -1,4 +1,4 @@
-"""Which joint limits a set of leg angles breaks, by how much, and the range of an ankle."""
+"""Joint limits that leg angles violate, and the range of an ankle."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from bridge.body.model import Body
 from bridge.body.quantities import coupled_limits
 from bridge.types import Side
 
-CLIPPED: Final = math.radians(0.5)
+CLIPPED_EXCESS: Final = math.radians(0.5)
 """Excess of a planned angle that is clipped in silence, rad: half the backlash of a good robot's ankle."""
-_ANKLE_PITCH: Final = 4
+_ANKLE_PITCH_INDEX: Final = 4
 """Place of AnklePitch, to which AnkleRoll's range is coupled, among a leg's six angles."""
 
 
@@ -27,7 +27,7 @@ class LimitViolation(NamedTuple):
 
 
 def limit_violations(body: Body, side: Side, angles: Sequence[float]) -> tuple[LimitViolation, ...]:
-    """The joints of a leg that stand outside their ranges, in chain order; AnkleRoll's depends on AnklePitch.
+    """Joints of a leg outside their ranges, in chain order; AnkleRoll's range depends on AnklePitch.
 
     Args:
         body: The data sheet.
@@ -36,7 +36,7 @@ def limit_violations(body: Body, side: Side, angles: Sequence[float]) -> tuple[L
     """
     found = []
     for joint, angle in zip(LEG_JOINTS[side], angles, strict=True):
-        lower, upper = coupled_limits(body, joint, angles[_ANKLE_PITCH])
+        lower, upper = coupled_limits(body, joint, angles[_ANKLE_PITCH_INDEX])
         excess = max(angle - upper, 0.0) + min(angle - lower, 0.0)
         if excess != 0.0:
             found.append(LimitViolation(joint, excess))

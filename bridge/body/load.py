@@ -1,6 +1,6 @@
 """Finding, reading and checking the data sheets.
 
-The check covers all that a field's type cannot say: the numbers belong to a robot that could exist.
+The check covers conditions beyond the fields' types: a robot with these numbers can exist.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from bridge.validation import unknown_name
 
 _ENCODER_STEPS: Final = 4096
 _GYROSCOPE_AXES: Final = (2, 3)
-_TAGS: Final = ("confirmed: ", "assumed: ")
+_SOURCE_TAGS: Final = ("confirmed: ", "assumed: ")
 _TRIANGLE_SLACK: Final = 1e-9
 """Relative: rounding of published digits must not make a flat plate impossible."""
 
@@ -33,9 +33,11 @@ def check_body(body: Body) -> None:
     """Check a data sheet.
 
     Raises:
-        ConfigurationError: names the body, the link or joint, what is wrong and what would be right.
+        ConfigurationError: names the body, the link or joint, the fault and the expected value.
     """
-    _check_names(body)
+    tree = joint_tree(body)
+    _check_same(body, "joints", body.joints, tree)
+    _check_same(body, "links", body.links, (TORSO, *tree))
     for name, joint in body.joints.items():
         if not joint.lower < joint.upper:
             _refuse(body, f"joint {name}", f"lower {joint.lower} must be below upper {joint.upper}")
@@ -60,7 +62,7 @@ def check_body(body: Body) -> None:
     if body.inertial_unit.gyroscope_axes not in _GYROSCOPE_AXES:
         _refuse(body, "inertial_unit", f"gyroscope_axes {body.inertial_unit.gyroscope_axes} must be 2 or 3")
     for group, source in body.sources.items():
-        if not source.startswith(_TAGS):
+        if not source.startswith(_SOURCE_TAGS):
             _refuse(body, f"sources.{group}", "must begin with 'confirmed: ' or 'assumed: '")
 
 
@@ -78,12 +80,6 @@ def principal_moments(inertia: Sequence[float]) -> tuple[float, float, float]:
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     small, middle, large = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     return float(small), float(middle), float(large)
-
-
-def _check_names(body: Body) -> None:
-    tree = joint_tree(body)
-    _check_same(body, "joints", body.joints, tree)
-    _check_same(body, "links", body.links, (TORSO, *tree))
 
 
 def _check_same(body: Body, where: str, given: Iterable[str], wanted: Iterable[str]) -> None:
@@ -132,8 +128,8 @@ def _crossing(a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Seq
     return turn(a, b, c) * turn(a, b, d) <= 0.0 and turn(c, d, a) * turn(c, d, b) <= 0.0
 
 
-def _refuse(body: Body, where: str, what: str) -> None:
-    raise ConfigurationError(f"robot body {body.name}: {where}: {what}")
+def _refuse(body: Body, where: str, fault: str) -> None:
+    raise ConfigurationError(f"robot body {body.name}: {where}: {fault}")
 
 
 _FOLDER: Final = Path(__file__).parent / "bodies"

@@ -156,7 +156,7 @@ class Shapes(_Sheet, frozen=True):
 
 
 class Body(_Sheet, frozen=True):
-    """A robot body. Numbers only: the tree of joints, the same for every NAO, is in `topology`."""
+    """A robot body. Numbers only: the tree of joints, the same for every NAO, is in `joints`."""
 
     name: str
     title: str
@@ -182,6 +182,6 @@ class Body(_Sheet, frozen=True):
     battery_energy: Positive
     """Of a full battery, W h."""
     sources: dict[str, str]
-    """Where each group of numbers comes from, tagged `confirmed: ...` or `assumed: ...`."""
+    """Source of each group of numbers, tagged `confirmed: ...` or `assumed: ...`."""
     repairs: tuple[str, ...]
-    """Numbers of a source that cannot be right, and the values here instead."""
+    """Impossible numbers of a source, and the values that replace them."""

@@ -61,7 +61,7 @@ def limits(body: Body, joint: str) -> tuple[float, float]:
 
 
 def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float, float]:
-    """A joint's range while the joint it is coupled to stands at `other_position`.
+    """A joint's range while the joint it is coupled to is at `other_position`.
 
     The published anti-collision points, linear between them (assumed) and constant beyond them, cut to the
     joint's own range.

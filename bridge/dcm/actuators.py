@@ -25,10 +25,10 @@ LED_GAIN: Final = 1.0 / 256.0
 MAX_MODE: Final = 127.0
 """Largest integer that the discrete actuators take (sonar: bits 1, 2, 4, 8 and 64 are known)."""
 
-IGNORED: Final = frozenset({"RHipYawPitch/Position/Actuator/Value"})
+IGNORED_NAMES: Final = frozenset({"RHipYawPitch/Position/Actuator/Value"})
 """Names that are accepted without an actuator behind them: one motor drives both hips."""
 
-_VALUE: Final = "/Actuator/Value"
+_SUFFIX: Final = "/Actuator/Value"
 
 
 @dataclass(frozen=True)
@@ -61,14 +61,14 @@ def actuators(body: Body) -> tuple[Actuator, ...]:
     joints = driven_joints(body)
     positions = [
         Actuator(
-            f"{joint}/Position{_VALUE}", *limits(body, joint), FRACTION_GAIN if joint in HANDS else ANGLE_GAIN
+            f"{joint}/Position{_SUFFIX}", *limits(body, joint), FRACTION_GAIN if joint in HANDS else ANGLE_GAIN
         )
         for joint in joints
     ]
-    hardness = [Actuator(f"{joint}/Hardness{_VALUE}", -1.0, 1.0, FRACTION_GAIN) for joint in joints]
-    leds = [Actuator(f"{led}{_VALUE}", 0.0, 1.0, LED_GAIN) for led in led_names()]
+    hardness = [Actuator(f"{joint}/Hardness{_SUFFIX}", -1.0, 1.0, FRACTION_GAIN) for joint in joints]
+    leds = [Actuator(f"{led}{_SUFFIX}", 0.0, 1.0, LED_GAIN) for led in led_names()]
     modes = [
-        Actuator(f"{name}{_VALUE}", 0.0, MAX_MODE, 1.0, interpolates=False)
+        Actuator(f"{name}{_SUFFIX}", 0.0, MAX_MODE, 1.0, interpolates=False)
         for name in ("ChestBoard/Led/State", "US")
     ]
     return (*positions, *hardness, *leds, *modes)

@@ -14,8 +14,8 @@ from typing import Any, Final, NamedTuple
 
 from bridge.errors import DcmRefused
 
-LOWEST: Final = -(2**31)
-HIGHEST: Final = 2**31 - 1
+MIN_TIME: Final = -(2**31)
+MAX_TIME: Final = 2**31 - 1
 MAX_NAMES: Final = 256
 """Actuators in one alias (assumed; a body has fewer than 150)."""
 MAX_NAME: Final = 256
@@ -23,12 +23,12 @@ MAX_NAME: Final = 256
 
 
 def wrapped(milliseconds: int) -> int:
-    """The 4-byte integer that stands for a number of milliseconds."""
-    return (milliseconds - LOWEST) % 2**32 + LOWEST
+    """A number of milliseconds as a signed 4-byte integer."""
+    return (milliseconds - MIN_TIME) % 2**32 + MIN_TIME
 
 
 class Clock:
-    """Counts cycles and tells the time of the present cycle boundary.
+    """Time of the present cycle boundary, by the number of cycles.
 
     Inside, time is a plain count of milliseconds since the start; outside, it is the wrapped integer.
 
@@ -43,15 +43,15 @@ class Clock:
         self.now = 0
         """Time of the present boundary, ms since the start."""
         self.previous = -round(self._cycle)
-        """Time at which the last cycle was run."""
+        """Time of the previous cycle."""
 
     def tick(self) -> None:
-        """One cycle has been run."""
+        """End a cycle."""
         self._cycles += 1
         self.previous, self.now = self.now, round(self._cycles * self._cycle)
 
     def skip(self) -> None:
-        """One cycle has passed in which the DCM did nothing."""
+        """Pass over a cycle without the DCM."""
         self._cycles += 1
         self.now = round(self._cycles * self._cycle)
 
@@ -60,7 +60,7 @@ class Clock:
         return wrapped(self._start + self.now + offset)
 
     def since_start(self, shown: int) -> int:
-        """The time that a shown one means, ms since the start: the one less than 24.8 days from now."""
+        """Time since the start of a reading of the clock, ms: the one less than 24.8 days from now."""
         return self.now + wrapped(shown - self._start - self.now)
 
 
@@ -114,8 +114,8 @@ def passed(buffer: Sequence[TimedCommand], now: int) -> int:
 def interpolated(buffer: Sequence[TimedCommand], due: int, last: float, previous_cycle: int, now: int) -> float:
     """The value of this cycle (vendor's page on the interpolation of timed commands, 2010).
 
-    It lies on the line from where the actuator was to the next command. The actuator was at the last command
-    that came due since the previous cycle, or else, in the previous cycle, at the value computed then.
+    It is on the line to the next command from the last command that fell due since the previous cycle, or else
+    from the value of the previous cycle.
 
     Args:
         buffer: the commands in order of time.
@@ -127,7 +127,7 @@ def interpolated(buffer: Sequence[TimedCommand], due: int, last: float, previous
     start_time, start = previous_cycle, last
     if due:
         start = buffer[due - 1].value
-        # A command from before the previous cycle came too late to be executed at its time.
+        # A command from before the previous cycle is too late to be executed at its time.
         start_time = max(previous_cycle, buffer[due - 1].time)
     if due == len(buffer):
         return start
@@ -280,7 +280,7 @@ def _number(value: Any, where: str) -> float:
 
 
 def _time(value: Any, where: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not LOWEST <= value <= HIGHEST:
+    if isinstance(value, bool) or not isinstance(value, int) or not MIN_TIME <= value <= MAX_TIME:
         raise DcmRefused(f"{where} is {shown(value)}; a time in ms, a signed 4-byte integer, is expected.")
     return value
 

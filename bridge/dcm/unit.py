@@ -1,4 +1,4 @@
-"""The DCM's command side: requests go in, the values of the motor boards come out each cycle."""
+"""The DCM's command side: turns requests into the values of the motor boards in each cycle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, N_JOINTS
-from bridge.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
+from bridge.dcm.actuators import IGNORED_NAMES, Actuator, actuators, driven_joints, short
 from bridge.dcm.requests import (
     AliasRequest,
     Clock,
@@ -31,7 +31,7 @@ from bridge.types import Array
 
 Places = NDArray[np.int_]
 BUFFER_LIMIT: Final = 512
-"""Timed commands per actuator (vendor's 2.x page; the page of 2010 says 4096)."""
+"""Timed commands per actuator (vendor's 2.x page; 4096 on the page of 2010)."""
 MAX_ALIASES: Final = 256
 """Aliases kept (assumed)."""
 
@@ -55,7 +55,7 @@ class ActuatorTable:
         """Of each row of a frame: its place among 25 positions and 25 stiffnesses."""
         self._gain = np.array([actuator.gain for actuator in self.rows])
         self._offset = np.array([actuator.offset for actuator in self.rows])
-        # Rounded inwards, so that no integer stands for a value beyond the range.
+        # Rounded inwards, so that no integer is beyond the range.
         lower = np.array([actuator.lower for actuator in self.rows])
         upper = np.array([actuator.upper for actuator in self.rows])
         self._lower = np.ceil((lower - self._offset) / self._gain - 1e-9)
@@ -74,7 +74,7 @@ class ActuatorTable:
         return float(min(max(counts, self._lower[row]), self._upper[row]))
 
     def value(self, row: int, counts: float) -> float:
-        """Value that the board of an actuator reads back for counts that are not rounded yet."""
+        """Value that the board of an actuator reads back for unrounded counts."""
         return float(np.rint(counts) * self._gain[row] + self._offset[row])
 
     def frame_rows(self, without: Collection[int] = ()) -> Places:
@@ -150,7 +150,7 @@ class Dcm:
         return self._table.rows
 
     def create_alias(self, request: AliasRequest) -> list[str | list[str]]:
-        """Make or remake an alias; the reply repeats the request, with "" for every unknown actuator.
+        """Create or replace an alias; the reply repeats the request, with "" for every unknown actuator.
 
         Raises:
             DcmRefused: too many aliases.
@@ -158,7 +158,7 @@ class Dcm:
         if request.alias not in self._aliases and len(self._aliases) >= MAX_ALIASES:
             raise DcmRefused(f"createAlias: there are {MAX_ALIASES} aliases already; reuse the name of one.")
         self._aliases[request.alias] = tuple(self._table.index.get(short(name)) for name in request.names)
-        known = self._table.index.keys() | IGNORED
+        known = self._table.index.keys() | IGNORED_NAMES
         return [request.alias, [name if short(name) in known else "" for name in request.names]]
 
     def names_of(self, name: str) -> tuple[str, ...]:
@@ -174,7 +174,7 @@ class Dcm:
             DcmRefused: unknown name, or a buffer would be too full; nothing is changed then.
         """
         name = short(request.name)
-        if name in IGNORED:
+        if name in IGNORED_NAMES:
             return
         index = self._table.index.get(name)
         targets = (index,) if index is not None else self._aliases.get(request.name)
@@ -205,7 +205,9 @@ class Dcm:
             if index is None:
                 continue
             waiting = changed[index] if index in changed else self._buffers.get(index, [])
-            buffer = updated(waiting, update, [self._scheduled(index, command) for command in new])
+            counts = self._table.to_counts
+            timed = [TimedCommand(self.clock.since_start(one.time), counts(index, one.value)) for one in new]
+            buffer = updated(waiting, update, timed)
             if len(buffer) > self._limit:
                 raise DcmRefused(
                     f"The buffer of `{self.table[index].name}` takes {self._limit} timed commands; with this "
@@ -217,10 +219,6 @@ class Dcm:
                 self._buffers[index] = buffer
             else:
                 self._buffers.pop(index, None)
-
-    def _scheduled(self, index: int, command: TimedCommand) -> TimedCommand:
-        """A command as the buffer keeps it: ms since the start, counts."""
-        return TimedCommand(self.clock.since_start(command.time), self._table.to_counts(index, command.value))
 
     def put_frame(
         self, position: Sequence[float], stiffness: Sequence[float], without: Collection[int] = ()
@@ -261,7 +259,7 @@ class Dcm:
         self._last[index] = self._table.to_counts(index, value)
 
     def run_cycle(self) -> Targets | None:
-        """Compute the values of the cycle that begins now, and go to the next boundary.
+        """Compute the values of the cycle that begins now, and advance the clock to the next boundary.
 
         Returns:
             Values for the motor boards, or None when they cannot have changed.
@@ -275,7 +273,7 @@ class Dcm:
         return Targets(*self._table.frame_values(self._last)) if moved else None
 
     def ahead(self) -> Targets:
-        """Values that `run_cycle` would send now, by the requests so far; changes nothing."""
+        """Values that `run_cycle` would send now."""
         last = self._last.copy()
         for index in self._buffers:
             if index < 2 * self._table.n_joints:  # all of them interpolate
@@ -288,7 +286,7 @@ class Dcm:
         return bool(self._buffers)
 
     def skip_cycle(self) -> None:
-        """One cycle passes without the DCM (it is paused): nothing is sent, its clock goes on."""
+        """Pass over a cycle while the DCM is paused: it sends nothing, its clock runs on."""
         self.modes_sent = {}
         self.clock.skip()
 

@@ -1,4 +1,4 @@
-"""The guard: between whoever commands and the motors, on the robot's side, emulated or real."""
+"""The guard between the controller and the motors, on the robot's side, emulated or real."""
 
 from bridge.guard.config import GuardSettings
 from bridge.guard.guard import Guard

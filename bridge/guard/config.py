@@ -1,7 +1,6 @@
 """The guard's settings: part of every run's configuration, and of a robot side's.
 
-All defaults are assumed: chosen for a NAO on a flat floor, and measured against the walks where
-`docs/guard.md` says so.
+All defaults are assumed: chosen for a NAO on a flat floor, some by measurements of walks (`docs/guard.md`).
 """
 
 from __future__ import annotations
@@ -24,25 +23,25 @@ class _Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class ApproachSettings(_Settings, frozen=True, kw_only=True):
-    """The way from the robot's pose to a first command that is elsewhere."""
+    """The way from the robot's pose to a distant first command."""
 
     tolerance: Positive = 0.1
-    """rad; a first command with every joint this close to the robot's pose is followed at once."""
+    """rad; a first command with every joint this close to the robot's pose is in force at once."""
     speed: Positive = 0.6
-    """rad/s of each joint on the way to a farther one."""
+    """rad/s of each joint on the way to a more distant one."""
 
 
 class WatchdogSettings(_Settings, frozen=True, kw_only=True):
-    """When a silent controller loses the robot; in cycles of the robot."""
+    """Reactions to a silent controller; in cycles of the robot."""
 
     enabled: bool = True
     stride_cycles: Cycles = 7
-    """Without a command in a quick step: the guard brings the feet side by side; from `silence_cycles` on: it
-    never does."""
+    """Without a command in a quick step: the guard brings the feet side by side; never with a value from
+    `silence_cycles` on."""
     silence_cycles: Cycles = 25
-    """Without a command: the controller counts as silent."""
+    """Without a command, after which the controller counts as silent."""
     hold_cycles: Cycles = 25
-    """Further silence in which the joints hold, before the crouch begins."""
+    """Further silence before the crouch, in which the joints hold."""
 
 
 class CrouchSettings(_Settings, frozen=True, kw_only=True):
@@ -57,7 +56,7 @@ class CrouchSettings(_Settings, frozen=True, kw_only=True):
     release_time: NotNegative = 0.7
     """s; duration of the ramp of the stiffness to `rest_stiffness`."""
     rest_stiffness: Fraction = 0.1
-    """Of the legs at the end, as far as they had more; all other joints go limp. With none the emulated robot
+    """Of the legs at the end, unless they had less; all other joints get none. Without it the emulated robot
     tips over backwards, because its thighs do not rest on its calves as a real robot's do."""
 
     def __post_init__(self) -> None:
@@ -67,25 +66,25 @@ class CrouchSettings(_Settings, frozen=True, kw_only=True):
 
 
 class SitSettings(_Settings, frozen=True, kw_only=True):
-    """Sitting down from the crouch, by bodies that have a motion for it."""
+    """Sitting down after an idle time in the crouch, for bodies with a motion for it."""
 
     enabled: bool = True
     after: NotNegative = 30.0
-    """s of rest in the crouch, because of silence or the battery, before the robot sits down."""
+    """s of rest in the crouch after silence or with an empty battery."""
 
 
 class FallSettings(_Settings, frozen=True, kw_only=True):
-    """When a robot counts as falling, and its reaction."""
+    """Detection of a fall, and the reaction."""
 
     enabled: bool = True
     angle: Annotated[float, msgspec.Meta(gt=0.0, le=1.5)] = 0.7
     """rad between the torso and the vertical, by the fused angle."""
     cycles: Cycles = 4
-    """Cycles for which it must be tilted that far."""
+    """Cycles of such a tilt."""
     upright: Annotated[float, msgspec.Meta(gt=0.0, le=1.5)] = 0.35
-    """rad; a robot that stands and is tilted less can fall, or fall again."""
+    """rad; a standing robot with less tilt can fall, or fall again."""
     stood_cycles: Cycles = 50
-    """Cycles for which it has to stand so."""
+    """Cycles of such a stand."""
     stiffness: Fraction = 0.1
     """Of all joints in a fall."""
     rest_time: NotNegative = 1.5
@@ -102,7 +101,7 @@ class TemperatureSettings(_Settings, frozen=True, kw_only=True):
 
     warn: Celsius = 85.0
     limit: Celsius = 98.0
-    """The robot crouches and lets go."""
+    """The robot crouches and releases its joints."""
     resume: Celsius = 80.0
     """Commands are taken again below this."""
 
@@ -117,7 +116,7 @@ class BatterySettings(_Settings, frozen=True, kw_only=True):
 
     warn: Fraction = 0.15
     limit: Fraction = 0.05
-    """The robot crouches and lets go."""
+    """The robot crouches and releases its joints."""
     resume: Fraction = 0.1
     """Commands are taken again above this."""
 
@@ -131,8 +130,8 @@ class GuardSettings(_Settings, frozen=True, kw_only=True):
     """All settings of the guard; the table `guard` of a run's configuration."""
 
     speed_ratio: Annotated[float, msgspec.Meta(gt=0.0, le=10.0)] = 2.0
-    """Limit of each joint's speed over its no-load speed (data sheet). Over 1: a request may be ahead of
-    its motor for a cycle; the ankles of the dynamic walk ask for 1.6 when a foot touches down."""
+    """Limit of each joint's speed over its no-load speed (data sheet). Over 1: a command may be ahead of its
+    motor for a cycle; the ankles of the dynamic walk need 1.6 when a foot lands."""
     approach: ApproachSettings = ApproachSettings()
     watchdog: WatchdogSettings = WatchdogSettings()
     crouch: CrouchSettings = CrouchSettings()

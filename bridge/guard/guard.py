@@ -1,7 +1,7 @@
-"""The guard of one robot: decides which commands reach the motors, and rests a robot without a controller.
+"""The guard of one robot: checks the commands to the motors, and rests a robot without a controller.
 
-One object for emulated and real robots. It reads no clock: it is told of each cycle, and counts them. The same
-cycles give the same answers, so runs in process and in lockstep stay the same.
+One object for emulated and real robots. It counts cycles and reads no clock: the same cycles give the same
+answers, in process and in lockstep.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.motion import motion_for
 from bridge.stance import legs_stiff, stands
 
-_WEAK: Final = 0.2
-"""A joint with less stiffness is where it is measured, not where it was last asked to be."""
+_WEAK_STIFFNESS: Final = 0.2
+"""A motion of a joint with less stiffness begins at its measured angle, not at its last command."""
 STAND_UP_HOLD: Final = 0.15
-"""s for which a robot that was put on its feet is held, so that its controller notices; short, because the
-controller moves on meanwhile."""
-_DEFAULT: Final = GuardSettings()
+"""s for which a robot put on its feet is held, until its controller notices; short, because the controller
+continues meanwhile."""
+_DEFAULTS: Final = GuardSettings()
 _Request = tuple[Literal["crouch", "limp", "arm"], str, threading.Event]
 
 
@@ -41,11 +41,11 @@ class Guard:
         body: data sheet: ranges, couplings, speeds.
         settings: bounds and times.
         armed: commands are taken from the start; False for real robots, until `arm`.
-        dry_run: said in the status; the owner of the motors then sends them nothing.
+        dry_run: for the status; the motors get no commands.
     """
 
     def __init__(
-        self, body: Body, settings: GuardSettings = _DEFAULT, *, armed: bool = True, dry_run: bool = False
+        self, body: Body, settings: GuardSettings = _DEFAULTS, *, armed: bool = True, dry_run: bool = False
     ) -> None:
         self._body, self._s = body, settings
         self._motion = motion_for("sit-down", body) if settings.sit.enabled else None
@@ -55,7 +55,7 @@ class Guard:
         self.reset()
 
     def reset(self) -> None:
-        """The robot restarted (`seq` 0): forget all but whether it is armed."""
+        """Reset all but `armed` after a restart of the robot (`seq` 0)."""
         self._output = JointOutput(self._body, self._s.speed_ratio)
         self._crouch = self._output.ranges.clip(POSTURES[self._s.crouch.posture])
         self._fall = FallMonitor(self._body, self._s.fall, self._s.stance)
@@ -64,9 +64,9 @@ class Guard:
         self._approach = Approach(self._s.approach, self._body.cycle)
         self._stream = CommandStream(self._body.cycle)
         self._guard_motion: Descent | SitDown | CloseStance | None = None
-        """Under way without a command."""
+        """Motion without a command."""
         self._crouched: int | None = None
-        """Cycles that it has rested in the crouch; None: it does not."""
+        """Cycles of rest in the crouch; None: it does not rest there."""
         self._lease: int | None = None
         self._blocked = 0
         """Cycles in which no command is taken."""
@@ -75,7 +75,7 @@ class Guard:
 
     @property
     def status(self) -> GuardStatus:
-        """As the query `guard` answers it."""
+        """Answer to the query `guard`."""
         return self._log.status
 
     @property
@@ -90,12 +90,12 @@ class Guard:
 
     @property
     def clipped(self) -> str:
-        """One sentence on the clipped joint of the last `check`; empty when none was clipped."""
+        """One sentence on the clipped joint of the last `check`; empty: none."""
         return self._output.ranges.clipped
 
     @property
     def busy(self) -> bool:
-        """It has something to do without a command; a robot that waits for answers goes on meanwhile."""
+        """It acts without a command; a robot in lockstep must not wait for answers meanwhile."""
         return self._guard_motion is not None or not self._requests.empty()
 
     @property
@@ -114,13 +114,13 @@ class Guard:
         return self._output.stiffness
 
     def stood_up(self, seq: int, posture: tuple[float, ...]) -> None:
-        """The robot was put on its feet, stiff: a fall or a rest is over.
+        """End a fall or a rest of a robot put on its feet, stiff.
 
-        No command is taken for `STAND_UP_HOLD`: the newest may still be a fallen robot's.
+        No command is taken for `STAND_UP_HOLD`: the newest may still be for the fallen robot.
 
         Args:
             seq: of the present sensor frame.
-            posture: 25 positions it is held in, rad.
+            posture: 25 positions to hold, rad.
         """
         self._guard_motion = None
         self._watchdog.reset()
@@ -130,9 +130,9 @@ class Guard:
         self._log.enter(seq, "idle", "", "The robot was put on its feet.")
 
     def laid_down(self, seq: int) -> None:
-        """The robot was put down limp: end the present motion and leave it alone.
+        """End the present motion of a robot put down limp, and leave it alone.
 
-        No command is taken for `STAND_UP_HOLD`: the newest may still be a standing robot's.
+        No command is taken for `STAND_UP_HOLD`: the newest may still be for the standing robot.
 
         Args:
             seq: of the present sensor frame.
@@ -147,8 +147,8 @@ class Guard:
         """Emergency stop at the next cycle; any thread may call this.
 
         Args:
-            how: `crouch`: go down, then release the joints; `limp`: release them at once.
-            who: said in the notice.
+            how: `crouch`: crouch, then release the joints; `limp`: release them at once.
+            who: sender, for the notice.
 
         Returns:
             Set when the stop has begun.
@@ -169,7 +169,7 @@ class Guard:
         return self._log.take_notices()
 
     def take_revocation(self) -> bool:
-        """Whether the lease is to be withdrawn since the last call: its holder was silent, or a stop came."""
+        """Whether the lease is to be withdrawn since the last call: after silence or a stop."""
         revoke, self._revoke = self._revoke, False
         return revoke
 
@@ -182,7 +182,7 @@ class Guard:
 
         Raises:
             FrameError: the robot is not armed; an element that is not finite, a stiffness outside -1..1, or an
-                answer to a frame that was not sent yet.
+                answer to a future frame.
         """
         if not self.armed:
             raise FrameError(f"ActuatorFrame refused: {self.status.text}")
@@ -200,8 +200,8 @@ class Guard:
 
         Args:
             frame: of the present boundary.
-            command: newest one, as `check` gave it; None: none has come.
-            supervised: the watchdog counts when none has come: a controller holds the robot, or died
+            command: newest one, as `check` returns it; None: none.
+            supervised: the watchdog counts cycles without a command: a controller holds the robot, or died
                 holding it.
             direct: the holder serves another robot's protocol, and an emulated robot follows it as that
                 robot does: without an approach, a limit of the speed or a reaction to falls.
@@ -211,9 +211,9 @@ class Guard:
         """
         self._handle_requests(frame)
         for text in self._supplies.update(frame):
-            self._log.say(frame.seq, "guard-warning", text)
+            self._log.add_notice(frame.seq, "guard-warning", text)
         if self._fall.update(frame) and not direct and self.state not in ("idle", "rest"):
-            self._go_limp(frame)
+            self._release_joints(frame)
         elif self._supplies.fault and self.state in ("approach", "active", "hold"):
             self._descend(frame, self._supplies.fault)
         if command is None:
@@ -224,17 +224,17 @@ class Guard:
             self._reply_to = command.reply_to
             if self._takes_commands:
                 return self._follow(frame, command, direct)
-        self._sit_down_in_time(frame)
+        self._sit_down_when_idle(frame)
         return self._advance_own_motion(frame)
 
     def accept_timed(self, seq: int) -> None:
-        """A command with a time of its own (a DCM's) came beside the frames: a sign of life of its sender.
+        """Count a timed command (a DCM's), which is not in a frame, as a sign of life.
 
         Args:
             seq: of the newest sensor frame.
 
         Raises:
-            FrameError: no command is taken now; says why.
+            FrameError: no command is taken now; gives the reason.
         """
         if not self._takes_commands:
             raise FrameError(f"A timed command was refused: {self.status.text}")
@@ -244,11 +244,11 @@ class Guard:
             self._log.enter(seq, "active", "")
 
     def timed_waiting(self) -> None:
-        """Timed commands are still to come in this cycle: the watchdog counts from their end."""
+        """Have the watchdog count from the end of the waiting timed commands."""
         self._watchdog.keepalive()
 
     def released(self, seq: int) -> None:
-        """The holder gave the robot back: the joints hold.
+        """Hold the joints after a release of the lease.
 
         Args:
             seq: of the newest sensor frame.
@@ -271,7 +271,7 @@ class Guard:
                 self._log.enter(frame.seq, self.state, self.status.reason, f"The robot was armed{by}.")
             else:
                 self._revoke = True
-                self._log.say(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")
+                self._log.add_notice(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")
                 self._descend(frame, "stop", limp=request == "limp")
             done.set()
 
@@ -292,24 +292,24 @@ class Guard:
         if output.position is not None and output.stiffness is not None:
             self._stream.reset()
             self._guard_motion = CloseStance(output.position, output.stiffness, self._body.cycle)
-            self._log.say(seq, "guard-close", f"{why} The feet are brought side by side.")
+            self._log.add_notice(seq, "guard-close", f"{why} The feet are brought side by side.")
 
     def _descend(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
-        """Crouch if the robot stands by its legs; otherwise release the joints where it is."""
+        """Crouch if the legs support the robot; otherwise release the joints."""
         if not limp and self.state == "active" and self._stream.in_quick_step:
             self._close(frame.seq, "The robot was in a quick step.")
             self._log.enter(frame.seq, "crouch", reason)
         else:
-            self._log.enter(frame.seq, self._let_down(frame, limp=limp), reason)
+            self._log.enter(frame.seq, self._begin_descent(frame, limp=limp), reason)
 
-    def _let_down(self, frame: SensorFrame, *, limp: bool = False) -> State:
-        """Begin the way down from where the robot is; the state on it."""
+    def _begin_descent(self, frame: SensorFrame, *, limp: bool = False) -> State:
+        """Begin the descent from the present pose; the state during it."""
         settings = self._s.crouch
         if limp:
             settings = msgspec.structs.replace(settings, release_time=0.0)
         stiffness = self._output.stiffness or frame.stiffness
         standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
-        start = self._output.start(frame, _WEAK)
+        start = self._output.start(frame, _WEAK_STIFFNESS)
         moving = standing and legs_stiff(stiffness)
         self._guard_motion = Descent(
             start, stiffness, self._crouch, settings, self._body.cycle, moving=moving, standing=standing
@@ -317,7 +317,7 @@ class Guard:
         self._output.set_position(start)
         return "crouch" if moving else "rest"
 
-    def _sit_down_in_time(self, frame: SensorFrame) -> None:
+    def _sit_down_when_idle(self, frame: SensorFrame) -> None:
         """Sit down after an idle time in the crouch; after a stop stay there."""
         if self.state != "rest" or self.status.reason not in ("silence", "battery"):
             self._crouched = 0 if self.state == "crouch" else None
@@ -327,10 +327,10 @@ class Guard:
                 self._body, frame, self._s.stance
             ):
                 self._guard_motion = SitDown(self._motion, self._body, self._s.crouch)
-                self._output.set_position(self._output.start(frame, _WEAK))
+                self._output.set_position(self._output.start(frame, _WEAK_STIFFNESS))
                 self._log.enter(frame.seq, "sit", self.status.reason)
 
-    def _go_limp(self, frame: SensorFrame) -> None:
+    def _release_joints(self, frame: SensorFrame) -> None:
         self._guard_motion = None
         self._output.set_position(self._output.ranges.clip(frame.position))
         self._output.stiffness = (self._s.fall.stiffness,) * N_JOINTS
@@ -338,10 +338,10 @@ class Guard:
         self._log.enter(frame.seq, "fallen", "fall")
 
     def _follow(self, frame: SensorFrame, command: ActuatorFrame, direct: bool) -> ActuatorFrame:
-        """Put a command in force, from where the robot is."""
+        """Put a command in force, from the robot's present pose."""
         output, approach = self._output, self._approach
         begins = self.state not in ("approach", "active") or command.lease != self._lease
-        start = output.start(frame, _WEAK if begins else 0.0)
+        start = output.start(frame, _WEAK_STIFFNESS if begins else 0.0)
         self._lease, self._guard_motion = command.lease, None
         if begins or direct:
             approach.clear()
@@ -351,9 +351,9 @@ class Guard:
             approach.begin(travel if begins else {slot: travel[slot] for slot in stiffened})
         output.set_position(command.position if direct else start)
         position = output.move_towards(command.position, approach.slots, self._s.approach.speed)
-        self._tell_approach(frame, begins)
+        self._report_approach(frame, begins)
         approach.advance(output.joint_travel(position, command))
-        self._tell_approach(frame)
+        self._report_approach(frame)
         output.stiffness = command.stiffness
         upright = tilt(frame) < self._s.fall.angle
         self._stream.update(position if upright else None)
@@ -361,14 +361,14 @@ class Guard:
             return command
         return msgspec.structs.replace(command, position=position)
 
-    def _tell_approach(self, frame: SensorFrame, begins: bool = False) -> None:
-        """Enter the state `approach` or `active`, if it is a new one or `begins`."""
+    def _report_approach(self, frame: SensorFrame, begins: bool = False) -> None:
+        """Enter the state `approach` or `active`, if it is new or `begins`."""
         state: State = "approach" if self._approach.slots else "active"
         if begins or state != self.state:
             self._log.enter(frame.seq, state, "")
 
     def _advance_own_motion(self, frame: SensorFrame) -> ActuatorFrame | None:
-        """The guard's own command to the joints, if it has one."""
+        """The guard's own command to the joints, if any."""
         output = self._output
         if self._guard_motion is not None:
             position, output.stiffness = self._guard_motion.advance(frame)
@@ -376,7 +376,7 @@ class Guard:
             if self._guard_motion.done:
                 closed, self._guard_motion = isinstance(self._guard_motion, CloseStance), None
                 if closed and self.state == "crouch":
-                    state = self._let_down(frame)
+                    state = self._begin_descent(frame)
                 else:
                     state = self.state if closed else "rest"
                 if state != self.state:

@@ -1,10 +1,8 @@
 """The guard's own motions: approach, end of a quick step, descent to the crouch, sitting down; its watchdog.
 
-The end of a quick step whose commands break off: both feet side by side, before the robot tips over.
-
 A biped whose joints stop in a quick step tips over within a few tenths of a second. The mean of both legs'
-angles, mirrored, puts the lifted foot down beside the other one, whatever the gait. In a slow step the robot
-may be balanced on one foot, and would fall off it; there its joints hold.
+angles, mirrored, lands the lifted foot next to the other one in any gait. In a slow step the robot may be
+balanced on one foot, and landing would make it fall: its joints hold.
 """
 
 from __future__ import annotations
@@ -21,15 +19,15 @@ from bridge.guard.config import ApproachSettings, CrouchSettings, WatchdogSettin
 from bridge.messages import SensorFrame
 from bridge.motion import Motion, MotionPlayer
 
-_PEAK: Final = 1.875
+_PEAK_RATIO: Final = 1.875
 """Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
 _MIN_DURATION: Final = 0.5
 """s"""
 _LEGS: Final = frozenset(slot for slots in LEG_SLOTS.values() for slot in slots)
-_DURATION_FACTOR: Final = 1.5
-"""Times the duration of the motion to the first command; a joint whose command moves on is let go then."""
-_SHORTEST: Final = 0.5
-"""s that an approach may take in any case."""
+_APPROACH_TIME_FACTOR: Final = 1.5
+"""Longest approach over the duration of the motion to the first command, for a command that keeps moving."""
+_MIN_APPROACH_TIME: Final = 0.5
+"""s that an approach may always take."""
 _MIRRORED: Final = tuple(
     (INDEX[f"L{joint}"], INDEX[f"R{joint}"], sign)
     for joint, sign in (
@@ -42,13 +40,13 @@ _MIRRORED: Final = tuple(
 )
 """Slots of both legs' joints, and the sign of the right one's mirror image."""
 _LEG_SLOTS: Final = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
-_FAST: Final = 8.0
-"""rad/s of a leg's joint in a step in which no robot can stand still (docs/guard.md)."""
-_RECENT: Final = 50
-"""Cycles of commands within which one as fast counts: two steps of `omni`."""
-_DENSE: Final = 10
-"""Commands more than cycles without one that make a stream (assumed)."""
-DURATION: Final = 0.15
+_QUICK_STEP_SPEED: Final = 8.0
+"""rad/s of a leg's joint in a step that a robot cannot interrupt (docs/guard.md)."""
+_RECENT_CYCLES: Final = 50
+"""Cycles of commands within which a fast one counts: two steps of `omni`."""
+_MIN_STREAM_EXCESS: Final = 10
+"""Excess of cycles with a command over those without that makes a stream (assumed)."""
+CLOSE_DURATION: Final = 0.15
 """s; a robot tips over with a time constant of 0.16 s (omega = 6.1 /s)."""
 
 
@@ -68,7 +66,7 @@ class Watchdog:
         self._silent = None
 
     def keepalive(self) -> None:
-        """The controller gave another sign of life; one that sent no command yet is not watched."""
+        """Restart the count at another sign of life, once there has been a command."""
         if self._silent is not None:
             self._silent = 0
 
@@ -76,12 +74,11 @@ class Watchdog:
         """One cycle.
 
         Args:
-            received: a command came.
+            received: there is a command.
             supervised: a controller holds the robot, or died holding it.
 
         Returns:
-            Reaction to the silence so far: nothing, that a quick step ends, that the joints hold, or that
-            the robot goes down.
+            Reaction to the silence so far: none, end a quick step, hold the joints, or bring the robot down.
         """
         if received:
             self._silent = 0
@@ -98,15 +95,15 @@ class Watchdog:
 
 
 class Descent:
-    """Rest to rest in joint space, then a pause, then the ramp of the stiffness.
+    """Motion from rest to rest in joint space, then a pause, then the ramp of the stiffness.
 
     Args:
         start: 25 positions put out last, rad.
-        stiffness: 25, as they are in force; free joints stay free.
+        stiffness: 25, in force; free joints stay free.
         goal: the crouch, 25 positions.
         settings: speeds and times.
         cycle: s
-        moving: False: only the ramp, where the robot is.
+        moving: False: only the ramp, in the present pose.
         standing: the legs keep `rest_stiffness`, without which a crouched robot may tip over; False: none.
     """
 
@@ -127,12 +124,12 @@ class Descent:
         self._rest = np.minimum(self._stiffness, rest)
         way = float(np.abs(self._goal - self._start).max())
         self._duration = (
-            max(_PEAK * way / settings.speed, _MIN_DURATION) + settings.settle_time if moving else 0.0
+            max(_PEAK_RATIO * way / settings.speed, _MIN_DURATION) + settings.settle_time if moving else 0.0
         )
         self._moving = self._duration - settings.settle_time
         self._release_time, self._cycle, self._time = settings.release_time, cycle, 0.0
         self.done = False
-        """The stiffness is down."""
+        """The ramp is over."""
 
     def advance(self, _frame: SensorFrame) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Positions and stiffnesses of the next cycle."""
@@ -148,7 +145,7 @@ class Descent:
 
 
 class SitDown:
-    """Plays the motion to its end, then lets go.
+    """Plays the motion to its end, then releases the joints.
 
     Args:
         motion: of this body, from a stand or a crouch to the seat.
@@ -162,7 +159,7 @@ class SitDown:
 
     @property
     def done(self) -> bool:
-        """The stiffness is down."""
+        """The ramp is over."""
         return self._release is not None and self._release.done
 
     def advance(self, frame: SensorFrame) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -183,10 +180,10 @@ class SitDown:
 
 
 class Approach:
-    """The joints on the way, each with the cycles that are left to it.
+    """Joints on the way to their first command, each with its remaining cycles.
 
-    A joint leaves when the rest of its way is less than a step of the approach, when it goes limp, or when its
-    time is over, so that a command that keeps moving cannot hold it here.
+    A joint leaves when less than a step of its way is left, when it becomes limp, or when its time is over, for
+    a command that keeps moving.
 
     Args:
         settings: tolerance and speed.
@@ -203,26 +200,26 @@ class Approach:
         return self._left.keys()
 
     def begin(self, distances: Mapping[int, float]) -> bool:
-        """Take up joints, all of them if one is farther than the tolerance, else none.
+        """Begin with all joints if one is farther than the tolerance, else with none.
 
         Args:
             distances: distance of each joint from its command, rad.
 
         Returns:
-            Whether they were taken up.
+            Whether there is an approach.
         """
         farthest = max(distances.values(), default=0.0)
         if farthest <= self._s.tolerance:
             return False
-        time = max(_DURATION_FACTOR * farthest / self._s.speed, _SHORTEST)
+        time = max(_APPROACH_TIME_FACTOR * farthest / self._s.speed, _MIN_APPROACH_TIME)
         self._left |= dict.fromkeys(distances, math.ceil(time / self._cycle))
         return True
 
     def advance(self, distances: Mapping[int, float]) -> None:
-        """One cycle is done; joints that arrived, went limp or had their time leave.
+        """End a cycle; joints that have arrived, are limp or have had their time leave.
 
         Args:
-            distances: distance that is left to each stiff joint, rad.
+            distances: remaining distance of each stiff joint, rad.
         """
         step = self._s.speed * self._cycle
         self._left = {
@@ -230,12 +227,12 @@ class Approach:
         }
 
     def clear(self) -> None:
-        """No joint is on the way."""
+        """End the approach."""
         self._left = {}
 
 
 class CommandStream:
-    """Whether commands came cycle by cycle and moved the legs fast.
+    """Detects quick steps: commands in nearly every cycle that move the legs fast.
 
     Args:
         cycle: of the robot, s.
@@ -246,33 +243,33 @@ class CommandStream:
         self.reset()
 
     def reset(self) -> None:
-        """No command has come."""
+        """Forget the commands."""
         self._last: Sequence[float] | None = None
-        self._count, self._slow = 0, _RECENT
+        self._count, self._slow = 0, _RECENT_CYCLES
 
     def update(self, position: Sequence[float] | None) -> None:
         """One cycle.
 
         Args:
-            position: 25, that a command put in force, rad; None: none came, or the robot is not upright.
+            position: 25, of the command in force, rad; None: there is none, or the robot is not upright.
         """
         if position is None:
             self._count = max(self._count - 1, 0)
             return
-        self._count = min(self._count + 1, 2 * _DENSE)
+        self._count = min(self._count + 1, 2 * _MIN_STREAM_EXCESS)
         last = self._last or position
         fastest = max(abs(position[slot] - last[slot]) for slot in _LEG_SLOTS) / self._cycle
-        self._slow = 0 if fastest > _FAST else self._slow + 1
+        self._slow = 0 if fastest > _QUICK_STEP_SPEED else self._slow + 1
         self._last = position
 
     @property
     def in_quick_step(self) -> bool:
-        """The robot was in a quick step when the newest command came."""
-        return self._count >= _DENSE and self._slow < _RECENT
+        """The newest command is part of a quick step."""
+        return self._count >= _MIN_STREAM_EXCESS and self._slow < _RECENT_CYCLES
 
 
 class CloseStance:
-    """Both legs to their mirrored mean.
+    """Motion of both legs to their mirrored mean.
 
     Args:
         start: 25 positions put out last, rad.
@@ -293,7 +290,7 @@ class CloseStance:
     def advance(self, _frame: SensorFrame) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Positions and stiffnesses of the next cycle."""
         self._time += self._cycle
-        s = min(self._time / DURATION, 1.0)
+        s = min(self._time / CLOSE_DURATION, 1.0)
         self.done = s >= 1.0
         position = self._start + s * s * (3.0 - 2.0 * s) * (self._goal - self._start)
         return tuple(position.tolist()), self._stiffness

@@ -1,4 +1,4 @@
-"""Commands as the drives get them: checked against the joint ranges, limited in speed."""
+"""Commands to the drives: checked against the joint ranges, limited in speed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bridge.messages.codec import require_finite
 from bridge.types import Array
 
 TOLERANCE: Final = math.radians(0.05)
-"""rad beyond a limit that are clipped without a notice: less than its text would show."""
+"""rad beyond a limit that are clipped without a notice: less than its digits show."""
 _ROUNDING: Final = 1e-12
 
 
@@ -39,7 +39,7 @@ class Ranges:
                 self._lower[INDEX[joint]], self._upper[INDEX[joint]] = limits(body, joint)
         self._coupled = {j: (INDEX[j], INDEX[other]) for j, other in COUPLED_TO.items() if j not in absent}
         self.clipped = ""
-        """One sentence on the clipped joint of the last `check`; empty when none was clipped."""
+        """One sentence on the clipped joint of the last `check`; empty: none."""
 
     def check(self, frame: ActuatorFrame, seq: int) -> ActuatorFrame:
         """The frame with its angles inside their ranges; the slots of absent joints become 0.
@@ -49,8 +49,8 @@ class Ranges:
             seq: of the robot's present sensor frame.
 
         Raises:
-            FrameError: an element that is not finite, a stiffness outside -1..1, or an answer to a frame that
-                was not sent yet; names the field, the joint and the value.
+            FrameError: an element that is not finite, a stiffness outside -1..1, or an answer to a future
+                frame; names the field, the joint and the value.
         """
         require_numbers(frame)
         if frame.reply_to > seq:
@@ -65,7 +65,7 @@ class Ranges:
         return self._clip(wanted)[0]
 
     def _clip(self, wanted: Sequence[float]) -> tuple[tuple[float, ...], str]:
-        """As `clip`, and one sentence on the first joint that was outside."""
+        """As `clip`, and one sentence on the first clipped joint."""
         asked = np.array(wanted)
         asked[self._absent] = 0.0
         position = np.minimum(np.maximum(asked, self._lower), self._upper).tolist()
@@ -77,7 +77,7 @@ class Ranges:
         return tuple(position), self._sentence(int(outside[0]), asked, position) if outside.size else ""
 
     def _sentence(self, slot: int, asked: Array, position: Sequence[float]) -> str:
-        """On a joint that was clipped."""
+        """Notice of a clipped joint."""
         joint = JOINTS[slot]
         lower, upper = self._lower[slot], self._upper[slot]
         if joint in self._coupled:
@@ -131,8 +131,8 @@ class SpeedLimiter:
 
         Args:
             wanted: 25 positions inside their ranges.
-            slow: slots of joints that arrive together, so that a crouched robot rises through poses in which
-                it stands; the others have only the drives' own limits.
+            slow: slots of joints that arrive together, so that a crouched robot rises through stable poses; the
+                others have only the drives' own limits.
             speed: rad/s that no joint of `slow` exceeds either.
 
         Returns:
@@ -188,7 +188,7 @@ class JointOutput:
 
     Args:
         body: data sheet.
-        speed_ratio: no joint is asked to move faster than this times its no-load speed.
+        speed_ratio: limit of each joint's speed over its no-load speed.
     """
 
     def __init__(self, body: Body, speed_ratio: float) -> None:
@@ -205,7 +205,7 @@ class JointOutput:
         return self._limiter.last if self.stiffness is not None else None
 
     def set_position(self, position: Sequence[float]) -> None:
-        """The joints are at `position`."""
+        """Take `position` as the positions put out last."""
         self._limiter.last = tuple(position)
 
     def move_towards(
@@ -221,11 +221,11 @@ class JointOutput:
         return self._limiter.follow(position, slow, speed)
 
     def start(self, frame: SensorFrame, weak: float) -> tuple[float, ...]:
-        """Where a motion begins: positions put out last, or measured ones for joints that are weak.
+        """Beginning of a motion: positions put out last, or measured ones of weak joints.
 
         Args:
             frame: measured positions.
-            weak: stiffness; a joint with no more than this is where it is measured.
+            weak: largest stiffness of a weak joint.
         """
         last, stiffness = self._limiter.last, self.stiffness
         if last is None or stiffness is None:
@@ -239,10 +239,10 @@ class JointOutput:
         return self.ranges.clip(start)
 
     def stiffened(self, command: ActuatorFrame) -> list[int]:
-        """Joints that were free and that the command makes stiff."""
+        """Free joints that the command makes stiff."""
         old = self.stiffness or command.stiffness
         return [i for i in self._revolute if old[i] <= 0.0 < command.stiffness[i]]
 
     def joint_travel(self, start: Sequence[float], command: ActuatorFrame) -> dict[int, float]:
-        """Way of each joint that is to be stiff, from `start` to the command, rad."""
+        """Distance of each joint with a commanded stiffness from `start` to the command, rad."""
         return {i: abs(start[i] - command.position[i]) for i in self._revolute if command.stiffness[i] > 0.0}

@@ -1,4 +1,4 @@
-"""The guard's state as others see it; detection of a fall; heat and charge."""
+"""The guard's published state; detection of a fall; heat and charge."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bridge.messages import Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.stance import StanceSettings, stands
 
-_REASONS: Final[dict[Reason, str]] = {
+_REASON_TEXTS: Final[dict[Reason, str]] = {
     "": "",
     "silence": " because its controller is silent",
     "stop": " after an emergency stop",
@@ -21,7 +21,7 @@ _REASONS: Final[dict[Reason, str]] = {
     "temperature": " because a motor is too hot",
     "battery": " because the battery is nearly empty",
 }
-_STATES: Final[dict[State, str]] = {
+_STATE_TEXTS: Final[dict[State, str]] = {
     "idle": "The joints are left alone until the first command",
     "approach": "The robot moves slowly to the pose of the first command",
     "active": "Commands are in force",
@@ -40,15 +40,15 @@ def tilt(frame: SensorFrame) -> float:
 
 
 class FallMonitor:
-    """Reports a fall once: after some cycles of too much tilt of a robot that stood upright before.
+    """Reports a fall once, after some cycles of too much tilt that follow an upright stand.
 
-    A robot that sits, or is on its way up from the floor, leans as far and does not fall; on the way it may be
-    upright for a moment, with a sole below its hip.
+    A robot that sits or gets up leans as far without a fall; while getting up it may be upright for a moment,
+    with a sole below its hip.
 
     Args:
         body: data sheet.
         settings: the bounds.
-        stance: when it stands.
+        stance: bounds of a stand.
     """
 
     def __init__(self, body: Body, settings: FallSettings, stance: StanceSettings) -> None:
@@ -70,7 +70,7 @@ class FallMonitor:
 
 
 class SupplyMonitor:
-    """Temperature and charge, each with a warning, a limit, and a way back.
+    """Temperature and charge, each with bounds for warning, limit and return.
 
     Args:
         body: data sheet; joints it lacks have no temperature.
@@ -87,7 +87,7 @@ class SupplyMonitor:
 
     @property
     def fault(self) -> Reason:
-        """The quantity beyond its limit and not yet back; empty: none."""
+        """The quantity that passed its limit and has not returned; empty: none."""
         return "temperature" if self._hot else "battery" if self._empty else ""
 
     def update(self, frame: SensorFrame) -> list[str]:
@@ -109,11 +109,11 @@ class SupplyMonitor:
 
 
 class StatusLog:
-    """Keeps the status, and a notice for each change until it is taken.
+    """The status, and a notice for each change until it is taken.
 
     Args:
         armed: whether commands are taken.
-        dry_run: said in the status.
+        dry_run: for the status.
     """
 
     def __init__(self, *, armed: bool, dry_run: bool) -> None:
@@ -124,23 +124,23 @@ class StatusLog:
         self.reset()
 
     def reset(self) -> None:
-        """The robot restarted: state `idle` at `seq` 0."""
+        """Enter the state `idle` at `seq` 0."""
         self.status = self._status(0, "idle", "", "")
-        """As `guard` answers it."""
+        """Answer to the query `guard`."""
 
     def enter(self, seq: int, state: State, reason: Reason, event: str = "") -> None:
-        """A change of state.
+        """Change the state.
 
         Args:
-            seq: sensor frame since which it is so.
+            seq: first sensor frame of the state.
             state: the new one.
-            reason: why the guard took over; empty: it did not.
-            event: one sentence that comes first.
+            reason: for which the guard controls the joints; empty: it does not.
+            event: first sentence of the text.
         """
         self.status = self._status(seq, state, reason, event)
-        self.say(seq, f"guard-{state}", self.status.text, "info" if reason == "" else "warning")
+        self.add_notice(seq, f"guard-{state}", self.status.text, "info" if reason == "" else "warning")
 
-    def say(self, seq: int, code: str, text: str, level: str = "warning") -> None:
+    def add_notice(self, seq: int, code: str, text: str, level: str = "warning") -> None:
         """Add a notice; the arguments are its fields."""
         self._notices.append(Notice(seq=seq, level=level, code=code, text=text))
 
@@ -150,7 +150,7 @@ class StatusLog:
         return notices
 
     def _status(self, seq: int, state: State, reason: Reason, event: str) -> GuardStatus:
-        sentence = _STATES[state] + _REASONS[reason]
+        sentence = _STATE_TEXTS[state] + _REASON_TEXTS[reason]
         sentence += "." if self.armed else "; it is not armed and takes no command before `nao-hil arm`."
         return GuardStatus(
             seq=seq,

@@ -1,7 +1,7 @@
-"""Certificates of the link: a folder of three PEM files, checked for role and validity before anyone connects.
+"""Certificates of the link: a folder of three PEM files, checked for role and validity before a connection.
 
 An endpoint names the folder behind `#keys=`, as in `tls/robot.local:7447#keys=keys/controller`: wherever an
-endpoint goes (an option, a child process, a client), its certificates go with it. A folder that holds one
+endpoint is passed (an option, a child process, a client), its certificates are too. A folder that holds one
 per role (as `nao-hil keys` makes it) serves all roles; each takes its own.
 """
 
@@ -15,25 +15,25 @@ from typing import Any, Final, NamedTuple
 from bridge.errors import ConfigurationError, LinkError
 
 ROLES: Final = ("robot", "controller", "listener", "world")
-"""Who one can be on the link; the common name of the certificate."""
+"""Roles of the link's parties; the common name of the certificate."""
 CA: Final = "ca.pem"
 CERTIFICATE: Final = "certificate.pem"
 PRIVATE_KEY: Final = "key.pem"
-MARK: Final = "#keys="
-OPEN: Final = "#open"
+KEYS_MARK: Final = "#keys="
+OPEN_MARK: Final = "#open"
 """Ends a robot's endpoint beyond loopback that anyone may use."""
 
-_FOREIGN: Final = "it is of another authority; take all folders from one `nao-hil keys DIR`"
-_IN_WORDS: Final = {
-    "unable to get local issuer certificate": _FOREIGN,
-    "self-signed certificate in certificate chain": _FOREIGN,
+_FOREIGN_AUTHORITY: Final = "it is of another authority; take all folders from one `nao-hil keys DIR`"
+_CAUSES: Final = {
+    "unable to get local issuer certificate": _FOREIGN_AUTHORITY,
+    "self-signed certificate in certificate chain": _FOREIGN_AUTHORITY,
     "certificate has expired": "it has expired; `nao-hil keys DIR --renew` makes a new one",
     "unsuitable certificate purpose": "it is made for another role",
 }
 """OpenSSL's messages, with their causes."""
-_MAKE: Final = "`nao-hil keys DIR` makes them"
+_HINT: Final = "`nao-hil keys DIR` makes them"
 _HANDSHAKE_TIMEOUT: Final = 1.0
-"""s for a handshake that only asks why another one failed."""
+"""s for a handshake that finds the reason of a failed one."""
 
 
 class Certificates(NamedTuple):
@@ -47,7 +47,7 @@ class Certificates(NamedTuple):
 
 def split_endpoint(endpoint: str) -> tuple[str, Path | None]:
     """Locator and folder of certificates of an endpoint."""
-    locator, mark, folder = endpoint.removesuffix(OPEN).partition(MARK)
+    locator, mark, folder = endpoint.removesuffix(OPEN_MARK).partition(KEYS_MARK)
     return locator, Path(folder) if mark else None
 
 
@@ -59,9 +59,9 @@ def with_keys(endpoint: str, folder: Path | None) -> str:
     """
     if folder is None:
         return endpoint
-    if MARK in endpoint:
+    if KEYS_MARK in endpoint:
         raise ConfigurationError(f"Endpoint {endpoint!r} names its keys already; leave --keys out.")
-    return f"{endpoint}{MARK}{folder}"
+    return f"{endpoint}{KEYS_MARK}{folder}"
 
 
 def load_certificates(folder: Path, role: str) -> Certificates:
@@ -72,24 +72,24 @@ def load_certificates(folder: Path, role: str) -> Certificates:
         role: of `ROLES`; a `listener` may be anyone who is not a robot, for all may listen.
 
     Raises:
-        ConfigurationError: one sentence that says which file is wrong and how.
+        ConfigurationError: names the file and its fault.
     """
     own = folder / role if (folder / role).is_dir() else folder
     paths = [own / name for name in (CA, CERTIFICATE, PRIVATE_KEY)]
     if not folder.is_dir():
-        raise ConfigurationError(f"There is no folder {folder} of certificates; {_MAKE}.")
+        raise ConfigurationError(f"There is no folder {folder} of certificates; {_HINT}.")
     for path in paths:
         if not path.is_file():
-            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_MAKE}.")
+            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_HINT}.")
     certificates = Certificates(role, *paths)
     found = _verified_role(certificates)
     if found != role and not (role == "listener" and found in ROLES and found != "robot"):
-        raise ConfigurationError(f"{paths[1]} is for the role {found or 'of nobody'}; {role} is needed here.")
+        raise ConfigurationError(f"{paths[1]} is for the role {found or 'of none'}; {role} is needed here.")
     return certificates
 
 
 def check_certificates(endpoint: str, role: str) -> None:
-    """Look again at the certificates that an endpoint names, if it names any.
+    """Check the certificates that an endpoint names, if it names any.
 
     Raises:
         ConfigurationError: as `load_certificates`.
@@ -100,7 +100,7 @@ def check_certificates(endpoint: str, role: str) -> None:
 
 
 def _verified_role(files: Certificates) -> str:
-    """Common name of the certificate, after a handshake in memory in which its files served."""
+    """Common name of the certificate, by a handshake in memory with its files."""
     client, server = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT), ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     client.check_hostname = False
     client.verify_mode = ssl.CERT_NONE
@@ -108,7 +108,7 @@ def _verified_role(files: Certificates) -> str:
     try:
         checks.load_verify_locations(files.ca)
     except (ssl.SSLError, OSError, UnicodeError):
-        raise ConfigurationError(f"{files.ca} cannot be read as a certificate in PEM form; {_MAKE}.") from None
+        raise ConfigurationError(f"{files.ca} cannot be read as a certificate in PEM form; {_HINT}.") from None
     checks.verify_mode = ssl.CERT_REQUIRED
     for context in (client, server):
         _load_chain(context, files)
@@ -116,11 +116,11 @@ def _verified_role(files: Certificates) -> str:
         return _common_name(_handshake(client, server, by_server=checks is server))
     except ssl.SSLCertVerificationError as error:
         raise ConfigurationError(
-            f"{files.certificate} is refused for the role {files.role}: {_why(error)}."
+            f"{files.certificate} is refused for the role {files.role}: {_cause(error)}."
         ) from None
     except ssl.SSLError as error:
         raise ConfigurationError(
-            f"{files.certificate} cannot be used: {error.reason or error}; {_MAKE}."
+            f"{files.certificate} cannot be used: {error.reason or error}; {_HINT}."
         ) from None
 
 
@@ -132,7 +132,7 @@ def _load_chain(context: ssl.SSLContext, files: Certificates) -> None:
             sentence = f"{files.private_key} is not the key of {files.certificate}"
         else:
             sentence = f"{files.certificate} or {files.private_key} cannot be read in PEM form"
-        raise ConfigurationError(f"{sentence}; {_MAKE}.") from None
+        raise ConfigurationError(f"{sentence}; {_HINT}.") from None
     except OSError as error:
         raise ConfigurationError(f"{files.private_key} cannot be read: {error.strerror}.") from None
 
@@ -152,8 +152,8 @@ def _handshake(client: ssl.SSLContext, server: ssl.SSLContext, *, by_server: boo
     return dict(sides[by_server].getpeercert() or {})
 
 
-def _why(error: ssl.SSLCertVerificationError) -> str:
-    return _IN_WORDS.get(error.verify_message, error.verify_message.rstrip("."))
+def _cause(error: ssl.SSLCertVerificationError) -> str:
+    return _CAUSES.get(error.verify_message, error.verify_message.rstrip("."))
 
 
 def _common_name(certificate: dict[str, Any]) -> str:
@@ -165,12 +165,12 @@ def _common_name(certificate: dict[str, Any]) -> str:
 
 
 def check_peer(locator: str, files: Certificates) -> None:
-    """Ask a robot that did not let this party in, by a handshake of its own, for the reason.
+    """Find the reason of a refused connection by a handshake of its own.
 
-    Nothing is raised without a listener there, or without a reason.
+    Raises nothing without a listener or a reason.
 
     Raises:
-        LinkError: the robot's certificate, or its opinion of this one.
+        LinkError: one side does not trust the other's certificate.
     """
     host, _, port = locator.partition("/")[2].rpartition(":")
     host = host.strip("[]")
@@ -182,9 +182,9 @@ def check_peer(locator: str, files: Certificates) -> None:
             context.wrap_socket(plain, server_hostname=host) as link,
         ):
             link.settimeout(_HANDSHAKE_TIMEOUT)
-            link.recv(1)  # in TLS 1.3 the server's opinion of the client comes after the handshake
+            link.recv(1)  # in TLS 1.3 the server judges the client after the handshake
     except ssl.SSLCertVerificationError as error:
-        why = _why(error)
+        why = _cause(error)
         if "mismatch" in why.lower():
             renew = f"`nao-hil keys DIR --role robot --renew --host {host}`"
             why = f"its certificate is not made for {host}; {renew} makes one that is"

@@ -51,7 +51,7 @@ class Client(Closing):
         return ask(self._session, keys.key(self._robot, suffix), payload, timeout, refused)
 
     def _other_robots(self) -> str:
-        """Clause that names another robot at this address, for sentences about one that does not answer."""
+        """Clause that names another robot at this address."""
         return other_robots(self._session, self._robot)
 
     def close(self) -> None:
@@ -59,9 +59,9 @@ class Client(Closing):
         self._session.close()
 
 
-_TIMEOUT: Final = 2.0
+_ANSWER_TIMEOUT: Final = 2.0
 """s to wait for an answer."""
-_RETRY: Final = 0.05
+_RETRY_INTERVAL: Final = 0.05
 """s between two attempts."""
 
 
@@ -74,7 +74,7 @@ class GuardClient(Client):
         """State of the guard.
 
         Raises:
-            LinkError: no answer, or the robot could not; its own sentence.
+            LinkError: no answer, or the robot's own sentence.
         """
         return self._query(keys.GUARD, b"", GuardStatus)
 
@@ -97,14 +97,14 @@ class GuardClient(Client):
 
     def _query(self, suffix: str, payload: bytes, kind: type[M]) -> M:
         """Ask until an answer comes: a robot that has just begun serves its keys one after the other."""
-        deadline = time.monotonic() + _TIMEOUT
+        deadline = time.monotonic() + _ANSWER_TIMEOUT
         while time.monotonic() < deadline:
-            reply = self._ask(suffix, payload, _TIMEOUT, LinkError)
+            reply = self._ask(suffix, payload, _ANSWER_TIMEOUT, LinkError)
             if reply is not None:
                 return decode(reply, kind)
             if others := self._other_robots():
                 raise RobotSilent(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
-            time.sleep(_RETRY)
+            time.sleep(_RETRY_INTERVAL)
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")
 
 
@@ -132,7 +132,7 @@ class WalkClient(Client):
         """Walk; the fields of `bridge.messages.walk.WalkCommand`.
 
         Raises:
-            WalkRefused: the walker cannot; its own sentence, which names the bound.
+            WalkRefused: the walker's own sentence, which names the bound.
             LinkError: no walker there serves.
         """
         return self.send(
@@ -158,11 +158,11 @@ class WalkClient(Client):
         """Close the feet, then play a motion; answered at once.
 
         Args:
-            name: `get-up`, or of a motion that comes with the package, as `sit-down`.
+            name: `get-up`, or a motion of the package, for example `sit-down`.
 
         Raises:
             WalkRefused: no such motion, or none for this body or for how it lies.
-            LinkError: no walker there serves.
+            LinkError: no walker serves the robot.
         """
         return self.send(WalkCommand(op="motion", motion=name))
 
@@ -171,11 +171,11 @@ class WalkClient(Client):
         return self.send(WalkCommand(op="set", **changes))
 
     def take(self) -> WalkStatus:
-        """Have a walker that stands by take the robot; answered with its first cycle. Raises as `walk`."""
+        """Have an idle walker take the robot; answered with its first cycle. Raises as `walk`."""
         return self.send(WalkCommand(op="take"))
 
     def release(self) -> WalkStatus:
-        """Have a walker that stands give the robot back and stand by; answered then. Raises as `walk`."""
+        """Have a standing walker give the robot back; answered after that. Raises as `walk`."""
         return self.send(WalkCommand(op="release"))
 
     def status(self) -> WalkStatus:
@@ -212,7 +212,7 @@ class WorldClient(Client):
     ROLE = "world"
 
     def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
-        """Carry out a command, and say how the world is then.
+        """Carry out a command; the state of the world after it.
 
         Args:
             command: To carry out.

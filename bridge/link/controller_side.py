@@ -32,11 +32,11 @@ from bridge.messages.topics import Message
 from bridge.messages.walk import UpperBody
 from bridge.types import Closing
 
-_QUEUE: Final = 64
-_QUERY: Final = 1.0
+_QUEUE_SIZE: Final = 64
+_QUERY_TIMEOUT: Final = 1.0
 """s a query may take."""
 _RETRY_INTERVAL: Final = 0.05
-"""s between two looks for a robot that is not there."""
+"""s between two attempts to find the robot."""
 
 
 class ControllerLink(Closing):
@@ -68,13 +68,13 @@ class ControllerLink(Closing):
         self.endpoint = check_endpoint(connect)
         self._direct = direct
         self.lease = 0
-        """Number of the lease; 0 while none is held, also since the robot went away."""
+        """Number of the lease; 0: none is held."""
         self._asked = False
-        """The lease was asked for and not given back since: the robot may have granted it."""
+        """The robot may have granted the lease."""
         self._ticket = secrets.randbits(63)
         self._alive = threading.Event()
-        self._sensors: Mailbox[bytes] = Mailbox(_QUEUE)
-        self._notices: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._sensors: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
+        self._notices: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
         self._upper: Mailbox[bytes] = Mailbox(1)
         self._session: zenoh.Session | None = None
         self._served: dict[str, Callable[[bytes], bytes]] = {}
@@ -90,7 +90,7 @@ class ControllerLink(Closing):
         self._served[suffix] = answer
 
     def _connect(self) -> bool:
-        """Try to connect, once; True when that was done already."""
+        """Try to connect once, if there is no connection yet; whether there is one."""
         if self._session is None:
             self._session = try_client(self.endpoint, "controller")
             if self._session is not None:
@@ -137,10 +137,10 @@ class ControllerLink(Closing):
         return self._alive.is_set()
 
     def wait_robot(self, stop: Callable[[], bool] = lambda: False, timeout: float | None = None) -> Info | None:
-        """Wait until the robot answers; its `Info`, or None when `stop()` became true.
+        """Wait until the robot answers; its `Info`, or None after `stop()` is true.
 
         Raises:
-            LinkError: not there within `timeout` s; sooner, where another robot is.
+            LinkError: no such robot within `timeout` s; sooner if there is another one.
             FrameError: it speaks another version of the contract.
             ConfigurationError: the certificates cannot be used, for example because they expired meanwhile.
         """
@@ -171,8 +171,8 @@ class ControllerLink(Closing):
 
         Raises:
             LeaseRefused: another controller holds the robot; names it.
-            RobotSilent: the robot did not answer.
-            LinkError: the robot did not understand; says why.
+            RobotSilent: no answer.
+            LinkError: the robot's reason for an error reply.
         """
         self._sensors.drain()
         self._asked = True
@@ -183,14 +183,14 @@ class ControllerLink(Closing):
 
     def release(self) -> None:
         """Give the lease back, if it may be held and the robot is there."""
-        self.lease = 0  # before the robot answers: no command goes out with it any more
+        self.lease = 0  # before the robot answers: no further command carries it
         if self._asked:
             with contextlib.suppress(RobotSilent):
                 self._ask("release")
                 self._asked = False
 
     def abandon(self) -> None:
-        """Leave the robot as a controller that died does: it is free, and its guard's watchdog counts."""
+        """Leave the robot without giving it back, as a dead controller does: its guard's watchdog counts."""
         self.lease = 0
         if self._session is not None and self._asked:
             self._token.undeclare()
@@ -217,10 +217,10 @@ class ControllerLink(Closing):
     def _get(self, suffix: str, payload: bytes) -> bytes | None:
         if self._session is None:
             return None
-        return ask(self._session, self._key(suffix), payload, _QUERY, LinkError)
+        return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError)
 
     def next(self, timeout: float) -> SensorFrame | None:
-        """The next sensor frame in order, or None after `timeout` s or when the robot went away.
+        """The next sensor frame in order; None after `timeout` s or without the robot.
 
         Raises:
             FrameError: the robot sent something else.
@@ -229,7 +229,7 @@ class ControllerLink(Closing):
         return decode(payload, SensorFrame) if payload is not None else None
 
     def latest(self, timeout: float) -> SensorFrame | None:
-        """The newest sensor frame, older ones dropped, or None after `timeout` s or when the robot went away.
+        """The newest sensor frame, older ones dropped; None after `timeout` s or without the robot.
 
         Raises:
             FrameError: the robot sent something else.
@@ -256,7 +256,7 @@ class ControllerLink(Closing):
         """The newest such command since the last call, or None; never waits.
 
         Raises:
-            FrameError: another message came.
+            FrameError: another message.
         """
         payloads = self._upper.drain()
         return decode(payloads[-1], UpperBody) if payloads else None
@@ -268,7 +268,7 @@ class ControllerLink(Closing):
             try:
                 found.append(decode(payload, Notice))
             except FrameError:
-                continue  # of another program; the robot side sends only valid ones
+                continue  # from another program; the robot side sends only valid ones
         return found
 
     def close(self) -> None:

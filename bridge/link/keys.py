@@ -14,7 +14,7 @@ from bridge.messages.topics import TOPICS
 
 DEFAULT_ROBOT: Final = "nao"
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
-"""Loopback: nothing listens beyond this machine unless told to."""
+"""Loopback: by default nothing listens beyond this machine."""
 
 INFO: Final = "info"
 LEASE: Final = "lease"
@@ -27,14 +27,14 @@ ALIVE_CONTROLLERS: Final = "alive/controller/*"
 _NAME: Final = re.compile(NAME)
 
 
-def check_name(what: str, name: str) -> str:
+def check_name(kind: str, name: str) -> str:
     """The name, if it can be one part of a key.
 
     Raises:
         ConfigurationError: empty, too long, or with other characters.
     """
     if not isinstance(name, str) or not _NAME.match(name):
-        raise ConfigurationError(f"{what} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
+        raise ConfigurationError(f"{kind} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
     return name
 
 
@@ -49,5 +49,5 @@ def topic_key(robot: str, kind: type[Any]) -> str:
 
 
 def alive_controller(name: str, ticket: int) -> str:
-    """Suffix of a controller's liveliness token; the ticket tells two of the same name apart."""
+    """Suffix of a controller's liveliness token; the ticket distinguishes two of the same name."""
     return f"alive/controller/{name}.{ticket:016x}"

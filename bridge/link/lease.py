@@ -1,10 +1,9 @@
 """The lease: one controller at a time may command the robot.
 
-A lease is granted by name and ticket (a number the controller draws at its start, also in its liveliness
-token), so two controllers of the same name are still two. It ends when it is given back, when the holder's
-liveliness token disappears, when another asks and the holder has been silent for `SILENCE`, or when the guard
-takes it away. A holder whose token disappeared gets the same lease back if no other controller has had the
-robot since.
+A lease is granted by name and ticket (a random number of the controller's start, also in its liveliness token),
+so two controllers of the same name are still two. It ends when it is given back, when the holder's liveliness
+token disappears, when another asks after `SILENCE_LIMIT`, or when the guard withdraws it. A holder whose token
+disappeared gets the same lease back if no other controller has held the robot since.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ from typing import Final
 
 from bridge.messages import LeaseReply
 
-SILENCE: Final = 3.0
-"""s of wall clock of silence of the holder, after which another controller may take over."""
+SILENCE_LIMIT: Final = 3.0
+"""s of wall clock without a frame of the holder, after which another controller may take over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,44 +42,44 @@ class LeaseBook:
         self._last = first
         self._holder: Holder | None = None
         self._lost: Holder | None = None
-        """The last holder, if its session broke off and no other has held the robot since."""
-        self._heard = 0.0
+        """The last holder, after its session broke off and before the next lease."""
+        self._last_sign = 0.0
         self.abandoned = False
-        """The last holder did not give the robot back: it died, or the lease was taken from it."""
+        """The last lease ended without a release: the holder died, or the lease was withdrawn."""
 
     @property
     def holder(self) -> Holder | None:
-        """Who holds the robot now."""
+        """Controller that holds the robot."""
         return self._holder
 
     def acquire(self, name: str, ticket: int, now: float, *, direct: bool = False) -> LeaseReply:
-        """Grant the lease, or refuse it naming the holder; asking again ends the silence and grants the same.
+        """Grant the lease, or refuse it naming the holder; the holder itself gets the same lease again.
 
         Args:
             name: of the controller.
-            ticket: number it drew at its start.
+            ticket: random number of its start.
             now: monotonic time, s.
             direct: as in `LeaseRequest`.
         """
         with self._lock:
             holder = self._holder
             if holder is not None and holder.ticket == ticket:
-                self._heard = now
+                self._last_sign = now
                 return self._reply(True, f"`{name}` holds the robot.")
-            if holder is not None and now - self._heard <= SILENCE:
+            if holder is not None and now - self._last_sign <= SILENCE_LIMIT:
                 return self._reply(
                     False,
                     f"The robot is held by controller `{holder.name}`; stop that one first, or wait until it "
-                    f"has been silent for {SILENCE:g} s.",
+                    f"has been silent for {SILENCE_LIMIT:g} s.",
                 )
             if self._lost is not None and self._lost.ticket == ticket:
-                self._holder = self._lost  # its session broke off: the same lease, so that its walk goes on
+                self._holder = self._lost  # its session broke off: the same lease, so that its walk continues
             else:
                 self._last += 1
                 self._holder = Holder(name, ticket, self._last, direct)
             self._lost = None
             self.abandoned = False
-            self._heard = now
+            self._last_sign = now
             return self._reply(True, f"`{name}` holds the robot.")
 
     def release(self, ticket: int) -> LeaseReply:
@@ -90,18 +89,18 @@ class LeaseBook:
                 self._holder = None
             return self._reply(
                 False,
-                "Nobody holds the robot." if self._holder is None else "Another controller holds the robot.",
+                "Another controller holds the robot." if self._holder else "No controller holds the robot.",
             )
 
     def status(self) -> LeaseReply:
-        """Who holds the robot, for anyone who asks."""
+        """Name of the holder."""
         with self._lock:
             return self._reply(
-                False, "Nobody holds the robot." if self._holder is None else "The robot is held."
+                False, "No controller holds the robot." if self._holder is None else "The robot is held."
             )
 
     def on_token_lost(self, ticket: int) -> bool:
-        """The liveliness token with this ticket disappeared; True if that ended the lease."""
+        """End the lease of a ticket whose liveliness token disappeared; whether there was one."""
         with self._lock:
             ended = self._holder is not None and self._holder.ticket == ticket
             if ended:
@@ -109,14 +108,14 @@ class LeaseBook:
             return ended
 
     def revoke(self) -> None:
-        """Take the lease from whoever holds it; it may ask again, as anyone may."""
+        """Withdraw the lease; its holder may ask again."""
         with self._lock:
             self._lost = None
             if self._holder is not None:
                 self.abandoned, self._holder = True, None
 
     def keepalive(self, lease: int, now: float) -> bool:
-        """A frame came; True if it is the holder's.
+        """Count a frame as a sign of life; whether it is the holder's.
 
         Args:
             lease: number in the frame.
@@ -125,7 +124,7 @@ class LeaseBook:
         with self._lock:
             if self._holder is None or self._holder.lease != lease:
                 return False
-            self._heard = now
+            self._last_sign = now
             return True
 
     def _reply(self, granted: bool, message: str) -> LeaseReply:

@@ -41,10 +41,10 @@ class Mailbox(Generic[T]):
             try:
                 self._empty.release()
             except RuntimeError:
-                return  # another thread was faster
+                return  # by another thread
 
     def take(self, timeout: float) -> T | None:
-        """The oldest item, waiting up to `timeout` s; None when none came or the wait was ended."""
+        """The oldest item, waiting up to `timeout` s; None: time-out, or `wake`."""
         deadline = time.monotonic() + timeout
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Queries as this project answers them, at a limited rate: a payload, or an error reply of one sentence."""
+"""Queries, answered at a limited rate by a payload or by an error reply of one sentence."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class RateLimit:
         return True
 
 
-RATE: Final = 1000.0
+QUERY_RATE: Final = 1000.0
 """1/s; queries of one key answered in the long run, and at once."""
 
 logger = logging.getLogger(__name__)
@@ -51,14 +51,14 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
     Returns:
         The queryable; keep it for as long as queries are to be answered.
     """
-    limit = RateLimit(RATE, int(RATE))
+    limit = RateLimit(QUERY_RATE, int(QUERY_RATE))
 
     def on_query(query: zenoh.Query) -> None:
-        """Answer one query, or say in a sentence why not."""
+        """Answer one query, or refuse it in one sentence."""
         with query:
             if not limit.admits(time.monotonic()):
                 query.reply_err(
-                    f"Queries of `{key}` come faster than {RATE:g} per second; ask less often.".encode()
+                    f"Queries of `{key}` come faster than {QUERY_RATE:g} per second; ask less often.".encode()
                 )
                 return
             try:
@@ -77,7 +77,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
 def ask(
     session: zenoh.Session, key: str, payload: bytes, timeout: float, refused: type[NaoHilError]
 ) -> bytes | None:
-    """The first answer to a query; None when none came.
+    """The first answer to a query; None: no answer.
 
     Args:
         session: of the side that asks.

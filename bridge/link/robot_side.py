@@ -1,8 +1,7 @@
 """The robot side of the link: publishes frames, hands out the lease, takes actuator frames.
 
 Actuator frames are decoded, and held against the lease, where they arrive, in Zenoh's receiving thread: the
-last frame before a release, which comes right behind it, is still the holder's. Everything that is published
-is published from the loop's thread or a query's.
+last frame before a release is still the holder's. All publications are made by the loop's thread or a query's.
 """
 
 from __future__ import annotations
@@ -36,11 +35,11 @@ from bridge.messages import (
 from bridge.messages.topics import Message
 from bridge.types import Closing
 
-_QUEUE: Final = 64
-RATE: Final = 5000.0
+_QUEUE_SIZE: Final = 64
+MAX_RATE: Final = 5000.0
 """1/s; actuator frames taken in the long run, several times the rate of lockstep."""
-BURST: Final = 1000
-"""Actuator frames taken at once, as they come after an outage of the network."""
+MAX_BURST: Final = 1000
+"""Actuator frames taken at once, after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published once per interval."""
 
@@ -51,7 +50,7 @@ class RobotLink(Closing):
     Args:
         info: of the robot; its `robot` is the id in every key.
         listen: Zenoh endpoint to listen on.
-        announced: the robot is there at once; False: from `announce` on, after all its queries are served.
+        announced: other parties see the robot at once; False: from `announce` on.
 
     Raises:
         ConfigurationError: bad id or endpoint.
@@ -63,9 +62,9 @@ class RobotLink(Closing):
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
         self._refused = 0
-        self._rate = RateLimit(RATE, BURST)
+        self._rate = RateLimit(MAX_RATE, MAX_BURST)
         self._seq = 0
-        self._noticed: dict[str, float] = {}
+        self._notice_times: dict[str, float] = {}
         self._complaints: dict[str, str] = {}
         self._lock = threading.Lock()
         self._alive: zenoh.LivelinessToken | None = None
@@ -81,8 +80,8 @@ class RobotLink(Closing):
     def _declare(self) -> None:
         session, key = self._session, self._key
         self._publishers = declare_publishers(session, self.info.robot, "robot")
-        self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE)
-        self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE_SIZE)
+        self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
         self._leds: Mailbox[bytes] = Mailbox(1)
         self._subscribers = [
             subscribe(session, keys.topic_key(self.info.robot, kind), callback)
@@ -100,7 +99,7 @@ class RobotLink(Closing):
         self.serve(keys.LEASE, self._on_lease)
 
     def announce(self) -> None:
-        """Declare the robot's liveliness token, once: all that it serves is served from now on."""
+        """Declare the robot's liveliness token, once, after all its queries are served."""
         if self._alive is None:
             self._alive = self._session.liveliness().declare_token(self._key(keys.ALIVE_ROBOT))
 
@@ -121,7 +120,7 @@ class RobotLink(Closing):
 
     @property
     def refused(self) -> int:
-        """Actuator payloads that were not put in force: garbage, wrong lease, or refused by the guard."""
+        """Rejected actuator payloads: garbage, wrong lease, or refused by the guard."""
         return self._refused
 
     def commands(self) -> list[ActuatorFrame]:
@@ -157,28 +156,28 @@ class RobotLink(Closing):
             return None
 
     def notice(self, code: str, text: str) -> None:
-        """Warn everyone in one sentence; one of each code per `NOTICE_INTERVAL`."""
+        """Publish a warning of one sentence; one of each code per `NOTICE_INTERVAL`."""
         now = time.monotonic()
         with self._lock:
-            if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
+            if now - self._notice_times.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
                 return
-            self._noticed[code] = now
+            self._notice_times[code] = now
         self.publish(Notice(seq=self._seq, level="warning", code=code, text=text))
 
-    def require_lease(self, lease: int, what: str) -> None:
-        """Accept a sign of life of the holder, or refuse `what` came with another number; any thread may ask.
+    def require_lease(self, lease: int, command: str) -> None:
+        """Accept a sign of life of the holder, or refuse a command with another number; any thread may call it.
 
         Raises:
-            LeaseRefused: names the holder.
+            LeaseRefused: names the command and the holder.
         """
         if self.leases.keepalive(lease, time.monotonic()):
             return
         holder = self.leases.holder
-        who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
-        raise LeaseRefused(f"{what} with lease {lease} was refused: {who}; ask for the lease.")
+        who = f"controller `{holder.name}` holds the robot" if holder else "no controller holds the robot"
+        raise LeaseRefused(f"{command} with lease {lease} was refused: {who}; ask for the lease.")
 
     def refuse(self, code: str, text: str) -> None:
-        """Count an actuator frame that is not put in force; its sender reads why in the next notice."""
+        """Count a rejected actuator frame; the next notice gives its sender the reason."""
         with self._lock:
             self._refused += 1
             self._complaints[code] = text
@@ -201,7 +200,9 @@ class RobotLink(Closing):
 
     def _on_actuators(self, payload: bytes) -> None:
         if not self._rate.admits(time.monotonic()):
-            self.refuse("flood", f"Actuator frames come faster than {RATE:g} per second; the rest is dropped.")
+            self.refuse(
+                "flood", f"Actuator frames come faster than {MAX_RATE:g} per second; the rest is dropped."
+            )
             return
         try:
             frame = decode(payload, ActuatorFrame)
@@ -241,5 +242,5 @@ class RobotLink(Closing):
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 
     def close(self) -> None:
-        """Leave the network; harmless when done already."""
+        """Leave the network; further calls do nothing."""
         self._session.close()

@@ -1,7 +1,7 @@
 """Zenoh sessions as this project opens them: one machine, no router process, no multicast; rights by key.
 
 The robot's session is a Zenoh node in `router` mode that listens on one endpoint, so that everyone connected
-to it (walker, viewer, recorder) also hears one another; all others are clients that keep trying to connect.
+to it (walker, viewer, recorder) receives the others' messages; all others are clients with retries.
 """
 
 from __future__ import annotations
@@ -20,50 +20,50 @@ from zenoh.handlers import Callback
 
 from bridge.errors import ConfigurationError, LinkError, RobotSilent
 from bridge.link import keys
-from bridge.link.certificates import OPEN, ROLES, check_peer, load_certificates, split_endpoint
+from bridge.link.certificates import OPEN_MARK, ROLES, check_peer, load_certificates, split_endpoint
 from bridge.messages.topics import TOPICS, Side, sent_by
 
-_EVERYTHING: Final = "**"
+_ALL_KEYS: Final = "**"
 
 
 class Rights(NamedTuple):
     """Key suffixes of a role."""
 
-    hears: tuple[str, ...]
+    subscribes: tuple[str, ...]
     """Publications."""
-    asks: tuple[str, ...]
+    queries: tuple[str, ...]
     """Queries."""
     publishes: tuple[str, ...] = ()
-    answers: tuple[str, ...] = ()
+    serves: tuple[str, ...] = ()
     """Queries of others."""
-    lives: tuple[str, ...] = ()
+    tokens: tuple[str, ...] = ()
     """Liveliness tokens."""
 
 
 RIGHTS: Final = {
-    "listener": Rights(hears=(_EVERYTHING,), asks=(keys.INFO, "guard")),
+    "listener": Rights(subscribes=(_ALL_KEYS,), queries=(keys.INFO, "guard")),
     "controller": Rights(
-        hears=(*(topic.suffix for topic in TOPICS.values() if topic.receiver == "controller"), "walk/**"),
-        asks=(keys.INFO, "guard", "stop", "arm", keys.LEASE, "dcm/**", "walk/**"),
+        subscribes=(*(topic.suffix for topic in TOPICS.values() if topic.receiver == "controller"), "walk/**"),
+        queries=(keys.INFO, "guard", "stop", "arm", keys.LEASE, "dcm/**", "walk/**"),
         publishes=(*sent_by("controller").values(), "walk/**"),
-        answers=("walk/**",),
-        lives=(keys.ALIVE_CONTROLLERS,),
+        serves=("walk/**",),
+        tokens=(keys.ALIVE_CONTROLLERS,),
     ),
-    "world": Rights(hears=(_EVERYTHING,), asks=(keys.INFO, "guard", "stop", "arm", "world/**")),
+    "world": Rights(subscribes=(_ALL_KEYS,), queries=(keys.INFO, "guard", "stop", "arm", "world/**")),
 }
-"""The robot itself is the node that enforces them; a second one gets no rights at all."""
+"""Enforced by the robot's node; a second robot has no rights."""
 
-_TELL: Final = ("put", "delete")
-_ASK: Final = ("query",)
+_PUBLICATIONS: Final = ("put", "delete")
+_QUERIES: Final = ("query",)
 
 
 def access_control() -> dict[str, Any]:
-    """Zenoh's `access_control` configuration of a robot's node, whatever the robot's id."""
+    """Zenoh's `access_control` configuration of a robot's node, for any id."""
     rules: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
 
     def allow(role: str, flow: str, messages: tuple[str, ...], suffixes: tuple[str, ...]) -> None:
-        """Let a role's messages of these kinds pass one way, on these keys; no rule without a key."""
+        """Allow a role's messages of these kinds in one direction on these keys."""
         if suffixes:
             rules.append(
                 {
@@ -77,15 +77,15 @@ def access_control() -> dict[str, Any]:
 
     for role, rights in RIGHTS.items():
         first = len(rules)
-        allow(role, "ingress", ("declare_subscriber",), rights.hears)
-        allow(role, "egress", _TELL, rights.hears)
-        allow(role, "ingress", _TELL, rights.publishes)
+        allow(role, "ingress", ("declare_subscriber",), rights.subscribes)
+        allow(role, "egress", _PUBLICATIONS, rights.subscribes)
+        allow(role, "ingress", _PUBLICATIONS, rights.publishes)
         allow(role, "egress", ("declare_subscriber",), rights.publishes)
-        allow(role, "ingress", _ASK, rights.asks)
-        allow(role, "egress", ("reply", "declare_queryable"), rights.asks)
-        allow(role, "ingress", ("reply", "declare_queryable"), rights.answers)
-        allow(role, "egress", _ASK, rights.answers)
-        allow(role, "ingress", ("liveliness_token",), rights.lives)
+        allow(role, "ingress", _QUERIES, rights.queries)
+        allow(role, "egress", ("reply", "declare_queryable"), rights.queries)
+        allow(role, "ingress", ("reply", "declare_queryable"), rights.serves)
+        allow(role, "egress", _QUERIES, rights.serves)
+        allow(role, "ingress", ("liveliness_token",), rights.tokens)
         allow(role, "ingress", ("declare_liveliness_subscriber", "liveliness_query"), ("alive/**",))
         allow(role, "egress", ("liveliness_token",), ("alive/**",))
         policies.append({"subjects": [role], "rules": [rule["id"] for rule in rules[first:]]})
@@ -99,18 +99,18 @@ def access_control() -> dict[str, Any]:
     }
 
 
-RETRY: Final = {"period_init_ms": 10, "period_max_ms": 50, "period_increase_factor": 1.5}
+RECONNECT: Final = {"period_init_ms": 10, "period_max_ms": 50, "period_increase_factor": 1.5}
 """Reconnects within tens of milliseconds instead of Zenoh's seconds."""
-MAX_RECEIVED: Final = 1 << 20
+MAX_MESSAGE_SIZE: Final = 1 << 20
 """bytes; Zenoh itself drops longer messages, so that no sender can fill the memory of the robot side."""
 SESSION_LEASE: Final = 30_000
 """ms of silence of a party after which its session ends; longer than a pause in which a machine swaps or all
 processes are stopped. A party that dies ends its session at once."""
-OPEN_TIMEOUT: Final = 1000
+CONNECT_TIMEOUT_MS: Final = 1000
 """ms an attempt to connect may take."""
-_LOOK: Final = 1.0
+_ROBOTS_TIMEOUT: Final = 1.0
 """s to wait for the robots of a link to answer."""
-SESSIONS: Final = 32
+MAX_SESSIONS: Final = 32
 """Parties that the robot's node takes at a time."""
 
 _TLS: Final = "transport/link/tls/"
@@ -123,7 +123,7 @@ def _config(settings: dict[str, Any]) -> zenoh.Config:
         "scouting/gossip/enabled": False,
         "scouting/delay": 0,
         "transport/link/tx/lease": SESSION_LEASE,
-        "transport/link/rx/max_message_size": MAX_RECEIVED,
+        "transport/link/rx/max_message_size": MAX_MESSAGE_SIZE,
         "transport/shared_memory/enabled": False,
     }
     for name, value in (common | settings).items():
@@ -174,19 +174,19 @@ def is_loopback(name: str) -> bool:
 
 
 def _require_guarded(listen: str) -> None:
-    """Refuse a place that everyone on a network reaches, unless it is encrypted or ends with `#open`."""
+    """Refuse an address that everyone on a network reaches, unless it is encrypted or ends with `#open`."""
     locator, _ = split_endpoint(listen)
     protocol, _, address = locator.partition("/")
     host = address.rpartition(":")[0].strip("[]")
-    if protocol in ("tcp", "udp") and not is_loopback(host) and not listen.endswith(OPEN):
+    if protocol in ("tcp", "udp") and not is_loopback(host) and not listen.endswith(OPEN_MARK):
         raise ConfigurationError(
             f"At {locator} everyone on the network could move the robot; write tls/{address} and add --keys "
-            f"DIR (`nao-hil keys DIR` makes them), or write {locator}{OPEN} to let everyone."
+            f"DIR (`nao-hil keys DIR` makes them), or write {locator}{OPEN_MARK} to let everyone."
         )
 
 
 def _require_network(locator: str) -> None:
-    """See that this machine has a way to its own loopback, where an endpoint is there.
+    """Check that this machine can reach its own loopback, for an endpoint there.
 
     Raises:
         LinkError: the interface is down.
@@ -218,7 +218,7 @@ def open_robot(listen: str) -> zenoh.Session:
     settings: dict[str, Any] = {
         "mode": "router",
         "listen/endpoints": [locator],
-        "transport/unicast/max_sessions": SESSIONS,
+        "transport/unicast/max_sessions": MAX_SESSIONS,
     }
     if folder is not None:
         files = load_certificates(folder, "robot")
@@ -235,22 +235,22 @@ def open_robot(listen: str) -> zenoh.Session:
     except zenoh.ZError as error:
         # Zenoh's own text carries source paths of its build; only the system's reason is of use to a person.
         reason = re.search(r"([A-Z][\w ]+) \(os error \d+\)", str(error))
-        raise _cannot_listen(listen, reason[1] if reason else "it is no place of this machine") from None
+        raise _listen_error(listen, reason[1] if reason else "it is no place of this machine") from None
 
 
-def _cannot_listen(listen: str, reason: str) -> LinkError:
+def _listen_error(listen: str, reason: str) -> LinkError:
     locator, _ = split_endpoint(listen)
     if "in use" in reason and locator.startswith("tcp/") and (session := try_client(locator)) is not None:
         with session:
             names = _robots(session)
         reason += f" by robot `{names[0]}`" if names else ""
     return LinkError(
-        f"Cannot listen on {locator}: {reason}; stop what is there, or take another place with --listen."
+        f"Cannot listen on {locator}: {reason}; stop its listener, or give another place with --listen."
     )
 
 
 def check_free(listen: str) -> None:
-    """Refuse an endpoint that has a listener, before anything there is taken for one's own.
+    """Refuse an endpoint that has a listener.
 
     Args:
         listen: endpoint of a robot side that is not open yet.
@@ -272,11 +272,11 @@ def check_free(listen: str) -> None:
             probe.bind((host.strip("[]"), int(port)))
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
-                raise _cannot_listen(listen, "Address already in use") from None
+                raise _listen_error(listen, "Address already in use") from None
 
 
 def try_client(connect: str, role: str = "listener", *, timestamps: bool = False) -> zenoh.Session | None:
-    """A session of anyone else, or None without a listener there (yet).
+    """A client's session; None without a listener.
 
     One attempt, a millisecond on one machine: Zenoh's own wait for the first connection sees no Ctrl-C. Once
     open, the session connects again by itself whenever the robot side is back.
@@ -288,7 +288,7 @@ def try_client(connect: str, role: str = "listener", *, timestamps: bool = False
 
     Raises:
         ConfigurationError: not an endpoint, or its certificates cannot be used.
-        LinkError: robot and certificates do not trust each other, or loopback is down; says why.
+        LinkError: robot and certificates do not trust each other, or loopback is down.
     """
     locator, folder = split_endpoint(check_endpoint(connect))
     files = None if folder is None else load_certificates(folder, role)
@@ -296,8 +296,8 @@ def try_client(connect: str, role: str = "listener", *, timestamps: bool = False
         "mode": "client",
         "connect/endpoints": [locator],
         "connect/timeout_ms": 0,
-        "connect/retry": RETRY,
-        "transport/unicast/open_timeout": OPEN_TIMEOUT,
+        "connect/retry": RECONNECT,
+        "transport/unicast/open_timeout": CONNECT_TIMEOUT_MS,
         "timestamping/enabled": timestamps,
     }
     if files is not None:
@@ -333,7 +333,7 @@ def require_seconds(name: str, value: object) -> None:
 
 
 def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> zenoh.Session:
-    """As `try_client`, again and again.
+    """As `try_client`, repeated until a listener answers.
 
     Raises:
         ConfigurationError, LinkError: as `try_client`.
@@ -342,23 +342,23 @@ def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> 
     deadline = time.monotonic() + timeout
     while (session := try_client(connect, role)) is None:
         if time.monotonic() > deadline:
-            raise RobotSilent(f"Nobody listened at {connect} for {timeout:g} s; start a robot there.")
+            raise RobotSilent(f"No robot listened at {connect} for {timeout:g} s; start one there.")
         time.sleep(0.02)
     return session
 
 
 def _robots(session: zenoh.Session) -> list[str]:
     """Ids of the robots of a link."""
-    found = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_LOOK)
+    found = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_ROBOTS_TIMEOUT)
     return sorted({str(reply.ok.key_expr).split("/")[1] for reply in found if reply.ok is not None})
 
 
 def other_robots(session: zenoh.Session, robot: str) -> str:
-    """Clause that names the robot of a link on which another is missed; empty when there is none.
+    """Clause that names another robot of a link; empty: there is none.
 
     Args:
         session: of the link.
-        robot: id of the robot that does not answer.
+        robot: id of the silent robot.
     """
     names = _robots(session)
     if not names or robot in names:
@@ -374,7 +374,7 @@ def declare_publishers(session: zenoh.Session, robot: str, side: Side) -> dict[t
 def subscribe(session: zenoh.Session, key: str, receive: Callable[[bytes], None]) -> Any:
     """Call `receive` with each payload in Zenoh's own receiving thread.
 
-    So messages of one sender arrive here in the order of their sending, also over several keys; Zenoh's
+    Messages of one sender arrive in the order of sending, also over several keys; Zenoh's
     default, a thread for each subscriber, does not keep that order. `receive` must be short and must not raise.
     """
 

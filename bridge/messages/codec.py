@@ -48,7 +48,7 @@ def decode(payload: bytes, kind: type[M]) -> M:
         message: M = decoder.decode(payload)
     except msgspec.ValidationError as error:
         _converted(_table(payload, name), kind, name, ignore_unknown=True)
-        # Only a map that holds a key twice gets here: the decoder reads both values, a table has the second.
+        # Only for a map that holds a key twice: the decoder reads both values, a table has the second.
         raise FrameError(f"{name} refused: {error}.") from None
     except _UNREADABLE as error:
         raise _unreadable(payload, name, error) from None
@@ -59,8 +59,8 @@ def decode(payload: bytes, kind: type[M]) -> M:
 def decode_command(payload: bytes, kind: Any, name: str) -> Any:
     """A command from msgpack.
 
-    A frame may have fields that its reader does not know. A command may not: without the field that was
-    misspelt it would be another command.
+    A frame may have fields that its reader does not know. A command may not: without a misspelt field it would
+    be another command.
 
     Args:
         payload: one msgpack map.
@@ -75,7 +75,7 @@ def decode_command(payload: bytes, kind: Any, name: str) -> Any:
 
 
 def require_finite(name: str, values: tuple[float, ...]) -> None:
-    """Check a field of a frame that never was on a wire.
+    """Check a field of a frame that is not decoded from a payload.
 
     Args:
         name: field, one of those in joint order.
@@ -84,7 +84,7 @@ def require_finite(name: str, values: tuple[float, ...]) -> None:
     Raises:
         FrameError: a value is NaN or infinite; names the first one.
     """
-    if math.isfinite(sum(values)):  # else a value is not, or their sum is beyond all numbers
+    if math.isfinite(sum(values)):  # else a value is not finite, or the sum overflows
         return
     for i, value in enumerate(values):
         if not math.isfinite(value):
@@ -102,7 +102,7 @@ def _table(payload: bytes, name: str) -> dict[str, Any]:
 
 
 def _converted(table: dict[str, Any], kind: Any, name: str, *, ignore_unknown: bool) -> Any:
-    """The message; a wrong version is blamed before the fields that it may have changed."""
+    """The message; its version is checked before its fields, which depend on it."""
     _require_version(table.get("version", SCHEMA_VERSION), name)
     try:
         return convert(table, kind, ignore_unknown=ignore_unknown)
@@ -122,11 +122,11 @@ def _unreadable(payload: bytes, name: str, error: Exception) -> FrameError:
 
 def _require_version(version: Any, name: str) -> None:
     if version != SCHEMA_VERSION:
-        found = repr(version)[:40]  # anything may stand there
+        found = repr(version)[:40]  # of any type
         raise FrameError(f"{name} refused: schema version {found}; this side speaks {SCHEMA_VERSION}.")
 
 
 def _place(path: str) -> str:
-    """Path of a field, with the joint's name beside its slot."""
+    """Path of a field, with the joint's name next to its slot."""
     slot = _SLOT.fullmatch(path)
     return f"`{path}` ({JOINTS[int(slot[1])]})" if slot and int(slot[1]) < N_JOINTS else f"`{path}`"

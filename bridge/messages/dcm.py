@@ -50,7 +50,7 @@ class DcmTime(msgspec.Struct, frozen=True, kw_only=True):
 class DcmRead(msgspec.Struct, frozen=True, kw_only=True):
     """Request of `read`; the reply's result is one number per name.
 
-    Stands in for ALMemory as far as the DCM's own keys go: sensors are in the `sensors` frames.
+    Replaces ALMemory for the DCM's own keys; sensors are in the `sensors` frames.
     """
 
     version: int = SCHEMA_VERSION
@@ -60,7 +60,7 @@ class DcmRead(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class DcmCall(msgspec.Struct, frozen=True, kw_only=True):
-    """Request of `getPrefix`, and of the methods that are refused: `preferences`, `special`, `calibration`."""
+    """Request of `getPrefix`, and of the refused methods: `preferences`, `special`, `calibration`."""
 
     version: int = SCHEMA_VERSION
 

@@ -1,4 +1,4 @@
-"""Faults that an emulated robot can be given: in a scenario's TOML and, as part of a world command, live.
+"""Faults of an emulated robot: in a scenario's TOML and, as part of a world command, live.
 
 Numbers are in the unit of the disturbed quantity: rad, N, m/s^2, rad/s, degrees Celsius; durations in s.
 """
@@ -40,20 +40,20 @@ class CommandLate(_Fault, frozen=True, kw_only=True, tag="command-late"):
 
 
 class CommandDuplicated(_Fault, frozen=True, kw_only=True, tag="command-duplicated"):
-    """A command arrives, and arrives again some cycles later; the last to arrive is in force."""
+    """A command arrives twice, some cycles apart; the last to arrive is in force."""
 
     cycles: Cycles = 1
     probability: Fraction = 1.0
 
 
 class CommandReordered(_Fault, frozen=True, kw_only=True, tag="command-reordered"):
-    """A command is overtaken by the next one and then put in force over it."""
+    """A command arrives after the next one and replaces it."""
 
     probability: Fraction = 1.0
 
 
 class CommandJitter(_Fault, frozen=True, kw_only=True, tag="command-jitter"):
-    """Each command arrives after a random number of cycles, 0 to `cycles`, all equally likely."""
+    """Each command arrives after a random number of cycles, uniform from 0 to `cycles`."""
 
     cycles: Cycles
 
@@ -69,7 +69,7 @@ class _SensorFault(_Fault, frozen=True, kw_only=True):
 
 
 class SensorStuck(_SensorFault, frozen=True, kw_only=True, tag="sensor-stuck"):
-    """Repeats the value it had when the fault began."""
+    """Repeats its value at the beginning of the fault."""
 
 
 class SensorDead(_SensorFault, frozen=True, kw_only=True, tag="sensor-dead"):
@@ -99,7 +99,7 @@ class _JointFault(_Fault, frozen=True, kw_only=True):
 
 
 class JointStuck(_JointFault, frozen=True, kw_only=True, tag="joint-stuck"):
-    """The gear is jammed: the joint stays where it was when the fault began."""
+    """The gear is jammed: the joint keeps its angle at the beginning of the fault."""
 
 
 class JointWeak(_JointFault, frozen=True, kw_only=True, tag="joint-weak"):
@@ -129,15 +129,15 @@ class InertialRezero(_Fault, frozen=True, kw_only=True, tag="inertial-rezero"):
 
 
 class DcmPause(_Fault, frozen=True, kw_only=True, tag="dcm-pause"):
-    """The DCM stands still: it sends no frames and takes no commands while the motor boards go on."""
+    """The DCM pauses: it sends no frames and takes no commands; the motor boards work."""
 
 
 class PowerLoss(_Fault, frozen=True, kw_only=True, tag="power-loss"):
-    """The motors have no power: all joints limp, stiffness 0, no charge; the head goes on."""
+    """The motors have no power: all joints limp, stiffness 0, no charge; the head's computer works."""
 
 
 class HalError(_Fault, frozen=True, kw_only=True, tag="hal-error"):
-    """HAL misses its cycle: all joints limp, stiffness 0; frames and charge go on."""
+    """HAL misses its cycle: all joints limp, stiffness 0; frames and charge are unaffected."""
 
 
 Fault = (

@@ -17,7 +17,7 @@ SCHEMA_VERSION: Final = 2
 """Version of every message; a receiver refuses a version it does not know."""
 
 MAX_PAYLOAD: Final = 65536
-"""bytes; a receiver does not look into anything longer."""
+"""bytes; a receiver refuses longer ones."""
 
 NAME: Final = r"^[A-Za-z0-9_-]{1,64}(?!\n)$"
 """Ids of robots, names of controllers and of boxes."""
@@ -30,7 +30,7 @@ class Versioned(Protocol):
 
     @property
     def version(self) -> int:
-        """Schema version it was written in."""
+        """Its schema version."""
 
 
 _CELLS: Final = ("LFL", "LFR", "LRL", "LRR", "RFL", "RFR", "RRL", "RRR")
@@ -52,11 +52,11 @@ ELEMENTS: Final[dict[str, tuple[str, ...]]] = {
     "battery": ("charge", "current", "status", "temperature"),
     "sonar": ("left", "right"),
 }
-"""Fields of `SensorFrame` that can fail, and the names of their elements in order."""
+"""Fields of `SensorFrame` that a fault can disturb, and the names of their elements in order."""
 
 
 def sensor_slots(sensor: str) -> tuple[str, tuple[int, ...]]:
-    """Field of the sensor frame and the indices in it that a selector means.
+    """Field and indices of a selector of sensors.
 
     Raises:
         ValueError: no such field or element; names the nearest one there is.
@@ -117,11 +117,11 @@ class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
     sonar: Vec2
     """Left and right distance, m."""
     command: Annotated[int, msgspec.Meta(ge=-1, le=MAX_INT)] = -1
-    """`reply_to` of the actuator frame in force at this frame's cycle; -1 when none has come yet."""
+    """`reply_to` of the actuator frame in force at this frame's cycle; -1: none yet."""
     missed: Count = 0
-    """Cycles, since `seq` 0, that a controller was expected to serve and did not in time."""
+    """Expected answers that were not in time since `seq` 0, cycles."""
     wall: Count = 0
-    """Wall clock of the robot side when the frame was sent, ns since the Unix epoch."""
+    """Wall clock of the robot side at the sending, ns since the Unix epoch."""
 
 
 class ActuatorFrame(msgspec.Struct, frozen=True, kw_only=True):
@@ -131,17 +131,17 @@ class ActuatorFrame(msgspec.Struct, frozen=True, kw_only=True):
     reply_to: Count
     """`seq` of the sensor frame this answers."""
     lease: Count = 0
-    """Number that the robot gave with the lease; 0 in process, where there is none."""
+    """Number of the lease; 0 in process, where there is none."""
     position: Joints
     """Wanted joint angles, rad (hands: 0..1)."""
     stiffness: Joints
     """Wanted stiffness, 0..1; negative: free."""
     wall: Count = 0
-    """Wall clock of the controller when the frame was sent, ns since the Unix epoch."""
+    """Wall clock of the controller at the sending, ns since the Unix epoch."""
 
 
 class LedFrame(msgspec.Struct, frozen=True, kw_only=True):
-    """Lights of an emulated robot (key `leds`): they move nothing, and need no lease."""
+    """Lights of an emulated robot (key `leds`); no lease is needed."""
 
     version: int = SCHEMA_VERSION
     leds: Leds
@@ -179,7 +179,7 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Notice(msgspec.Struct, frozen=True, kw_only=True):
-    """One sentence from the robot side about something it refused, changed or saw (key `notices`)."""
+    """One sentence of the robot side about a refusal, a change or an event (key `notices`)."""
 
     version: int = SCHEMA_VERSION
     seq: Count
@@ -191,5 +191,5 @@ class Notice(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def routine(self) -> bool:
-        """The guard follows a controller that took the robot, or holds for one that gave it back."""
+        """The guard follows a new controller, or holds after a release."""
         return self.code == "guard-active" or (self.code == "guard-hold" and self.level == "info")

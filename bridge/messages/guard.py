@@ -1,4 +1,4 @@
-"""Messages of the guard: its state, the emergency stop, arming, and the lease, which says who may command."""
+"""Messages of the guard: its state, the emergency stop, arming, and the lease, the right to command."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from bridge.messages.frames import SCHEMA_VERSION, Name
 from bridge.types import Count
 
 State = Literal["idle", "approach", "active", "hold", "crouch", "sit", "rest", "fallen"]
-"""`idle`: nothing has come yet, the joints are left alone; `approach`: slowly on the way to a first command;
+"""`idle`: no command yet, the joints are left alone; `approach`: slowly on the way to a first command;
 `active`: commands are in force; `hold`: the controller is silent, the joints hold; `crouch`: the guard brings
-the robot down; `sit`: it sits down from the crouch, and takes no command; `rest`: down, stiffness gone;
+the robot down; `sit`: it sits down from the crouch, and takes no command; `rest`: down, without stiffness;
 `fallen`: limp, no command is taken for a while."""
 
 Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
-"""Why the guard took over; empty: it did not."""
+"""Reason for which the guard controls the joints; empty: it does not."""
 
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 
@@ -26,7 +26,7 @@ class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     seq: Count
-    """Sensor frame since which it is so."""
+    """First sensor frame of this state."""
     state: State
     reason: Reason = ""
     armed: bool
@@ -49,13 +49,13 @@ class StopRequest(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     how: Literal["crouch", "limp"] = "crouch"
-    """`crouch`: go down at limited speed, then let go; `limp`: let go at once, a robot that stands falls."""
+    """`crouch`: crouch at limited speed, then release the joints; `limp`: release them at once."""
     who: Text = ""
-    """Said in the notice."""
+    """Sender, for the notice."""
 
 
 class ArmRequest(msgspec.Struct, frozen=True, kw_only=True):
-    """Commands may be taken from now on; needs no lease."""
+    """Permission to take commands from now on; needs no lease."""
 
     version: int = SCHEMA_VERSION
     who: Text = ""
@@ -69,8 +69,8 @@ class LeaseRequest(msgspec.Struct, frozen=True, kw_only=True):
     controller: Name
     """Name of the controller, also in its liveliness token."""
     ticket: Count = 0
-    """Number that the controller drew at its start, also in its liveliness token, in hexadecimal: it tells two
-    controllers of the same name apart."""
+    """Random number of the controller's start, also in its liveliness token, in hexadecimal: it distinguishes
+    two controllers of the same name."""
     direct: bool = False
     """The controller serves another robot's protocol (LoLA, NAOqi): an emulated robot takes its commands as
     that robot does, without an approach, a limit of the speed or a reaction to falls. A real one ignores it."""

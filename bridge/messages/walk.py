@@ -1,8 +1,7 @@
 """Commands to a walker that serves (query `walk/command`), and its replies.
 
-A walker started as a service stands, waits, and walks when it is told to. A command is a msgpack map; what it
-leaves out stays as it is. Lengths in m, velocities in m/s and rad/s, in the heading of the walk: x forward, y
-left.
+A walker started as a service stands and waits for commands. A command is a msgpack map; omitted fields change
+nothing. Lengths in m, velocities in m/s and rad/s, in the heading of the walk: x forward, y left.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ WALK_COMMAND = "walk/command"
 """Key suffix of the query."""
 
 TorsoName = Literal["none", "thesis", "robust"]
-"""Torso control: off, designed as in thesis 4.2.2, or designed for bounds that hold on uncertain plants."""
+"""Torso control: off, designed as in thesis 4.2.2, or robust against uncertainty of the plant."""
 
 
 class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
@@ -27,39 +26,39 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     op: Literal["walk", "stop", "motion", "set", "status", "take", "release"]
-    """`walk`: begin, or go on as said here; `stop`: close the feet and stand; `motion`: likewise,
-    then play `motion`; `set`: change without beginning; `status`: only tell; `take`: ask the robot
-    for the lease, and stand; `release`: give it back and stand by."""
+    """`walk`: begin, or continue with these values; `stop`: close the feet and stand; `motion`: likewise,
+    then play `motion`; `set`: change without beginning; `status`: change nothing; `take`: acquire the lease,
+    and stand; `release`: give it back."""
     velocity: Vec3 | None = None
     """vx, vy, omega in m/s, m/s, rad/s: mean over a step, reached by the length of the steps; zeros stop."""
     steps: Count | None = None
     """Steps of the walk to begin, the closing one included; 0 or left out: no bound."""
     distance: Annotated[float, msgspec.Meta(gt=0.0, le=1e4)] | None = None
-    """Way of the walk to begin, m; left out: no bound. Met exactly by the plan, by a gait that walks in any
-    direction by its odometry."""
+    """Way of the walk to begin, m; left out: no bound. Exact by the plan, or by the odometry for a gait that
+    walks in any direction."""
     target: Vec3 | None = None
-    """Where to walk, from where the robot is when it is told: forward and to the left, m, and turn, rad. For
-    gaits that walk in any direction."""
+    """Goal of the walk from the robot's present pose: forward and to the left, m, and turn, rad. For gaits that
+    walk in any direction."""
     gait: Annotated[str, msgspec.Meta(max_length=64)] | None = None
-    """Name of one of the walker's gaits; takes effect at the next stand: with `walk` the walker stands for it,
+    """Name of one of the walker's gaits, in force from the next stand on; with `walk` the walker stops for it,
     then walks on."""
     torso: TorsoName | None = None
-    """Torso control, in force at once; None: as it is, and of another gait its own choice."""
+    """Torso control, in force at once; None: unchanged, or the default of a new gait."""
     admittance: bool | None = None
     """Leg and ankle admittance, as `torso`."""
     hold: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] | None = None
-    """Robot time after which the walk stops unless a `walk` came again, s; left out: it does not. For people at
-    a key or a stick, whose link may fail."""
+    """Robot time without another `walk` after which the walk stops, s; left out: none. For manual control,
+    whose link may fail."""
     motion: Annotated[str, msgspec.Meta(max_length=64)] | None = None
-    """`get-up`, or the name of a motion that comes with the package; `sit-down` means the body's own."""
+    """`get-up`, or the name of a motion of the package; `sit-down` is the body's own."""
     at: Count | None = None
     """First sensor frame (`seq`) to act on; left out: the next. In lockstep one `at` gives one run."""
 
 
 class UpperBody(msgspec.Struct, frozen=True, kw_only=True):
-    """Head and arms of a robot that a walker has, by another program (key `walk/upper-body`).
+    """Command of another program to head and arms of a robot that a walker holds (key `walk/upper-body`).
 
-    The newest counts. The joints that it leaves out are the walker's.
+    The newest one is in force. The joints that it leaves out are the walker's.
     """
 
     version: int = SCHEMA_VERSION
@@ -91,9 +90,9 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
     torso: str
     admittance: bool
     velocity: Vec3
-    """Of the steps that are planned now; zeros at rest."""
+    """Of the planned steps; zeros at rest."""
     steps: Count
-    """Walked in this walk, or in the last one."""
+    """Steps of this walk, or of the last one."""
     distance: Finite
     """Way of this walk, or the last one, by the plan, m."""
     position: Vec3
@@ -107,7 +106,7 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     seq: Count
     """`seq` of the sensor frame it belongs to."""
     state: str
-    """`approach`, `walk`, `stopping`, `stand`, `fallen`, `motion` (key frames) or `rest` (where one ended)."""
+    """`approach`, `walk`, `stopping`, `stand`, `fallen`, `motion` (key frames) or `rest` (after them)."""
     phase: str
     """`DSL`, `SSL`, `DSR`, `SSR`, `start`, `stop` or `stand`."""
     step: Count
@@ -124,9 +123,9 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     """Planned left sole in the walk frame: x, y, z, m, and roll, pitch, yaw, rad."""
     right: Pose
     angle: Vec2 = (0.0, 0.0)
-    """Torso roll and pitch as the walker takes them, rad."""
+    """The walker's estimate of torso roll and pitch, rad."""
     zmp_measured: Vec2 | None = None
-    """ZMP from the force sensors in the walk frame, the feet taken to stand as planned, m; None unloaded."""
+    """ZMP from the force sensors in the walk frame, with the soles as planned, m; None unloaded."""
     contact: tuple[bool, bool] = (False, False)
     """Whether the left and the right foot touch the ground, by their force sensors."""
     foot_lift: Vec2 = (0.0, 0.0)
@@ -140,4 +139,4 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     fall_cause: str = ""
     """Why the robot was taken for falling, the last time; empty: never."""
     tick: Finite = 0.0
-    """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""
+    """Duration of the controller's tick, s (0 in recordings without wall-clock values)."""

@@ -1,7 +1,7 @@
 """Commands to the world of an emulated robot (query `world/command`).
 
-A command is a msgpack map whose `op` says which one it is. Lengths in m, angles in rad, impulses in N s.
-The floor frame has its origin on the floor where the run began and turns with the floor; the heading frame
+A command is a msgpack map with its name as `op`. Lengths in m, angles in rad, impulses in N s.
+The floor frame has its origin on the floor at the start of the run and turns with the floor; the heading frame
 has the torso's heading: x forward, y left, z vertical.
 """
 
@@ -21,9 +21,9 @@ WORLD_COMMAND = "world/command"
 MAX_TILT = 0.6
 """Steepest floor, rad."""
 MAX_TILT_RATE = 0.35
-"""Fastest turn of the floor, rad/s: a floor that moves faster under the feet is no longer a tilt but a blow."""
+"""Fastest turn of the floor, rad/s: a faster one strikes the feet."""
 MAX_IMPULSE: Final = 100.0
-"""Hardest push along an axis, N s: a NAO of 5.4 kg would fly off at 18 m/s."""
+"""Largest push along an axis, N s: it gives a NAO of 5.4 kg 18 m/s."""
 
 Length = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Size = tuple[Length, Length, Length]
@@ -51,7 +51,7 @@ class Status(_Command, frozen=True, kw_only=True, tag="status"):
     """Report the world's state and change nothing."""
 
     terrain: bool = False
-    """Tell `WorldReply.terrain` too; it does not change until a reset."""
+    """Also fill `WorldReply.terrain`, which is constant until a reset."""
 
 
 class Reset(_Command, frozen=True, kw_only=True, tag="reset"):
@@ -63,25 +63,25 @@ class Pause(_Command, frozen=True, kw_only=True, tag="pause"):
 
 
 class Resume(_Command, frozen=True, kw_only=True, tag="resume"):
-    """Go on."""
+    """End a pause."""
 
 
 class Step(_Command, frozen=True, kw_only=True, tag="step"):
-    """Run some cycles and pause; answered when they have run."""
+    """Run some cycles and pause; answered after the last one."""
 
     cycles: Annotated[int, msgspec.Meta(ge=1, le=100_000)] = 1
 
 
 class LayDown(_Command, frozen=True, kw_only=True, tag="lay-down"):
-    """Put the robot where it is into a start pose, without stiffness where a real robot would have none."""
+    """Put the robot into a start pose in place, without stiffness where a real robot would have none."""
 
     pose: StartName = "lie-back"
 
 
 class StandUp(_Command, frozen=True, kw_only=True, tag="stand-up"):
-    """Put the robot where it lies back on its feet, stiff in its start posture.
+    """Put the lying robot on its feet at its present place, stiff in its start posture.
 
-    Refused for one that is on its feet and under command.
+    Refused for a robot that is on its feet and under command.
     """
 
 
@@ -117,7 +117,7 @@ class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
 
 
 class PlaceThing(_Command, frozen=True, kw_only=True, tag="thing"):
-    """Put something that the cameras see, and that nothing can touch."""
+    """Put a thing that is visible to the cameras and has no contacts."""
 
     name: Name
     """A thing of the same name is replaced. Of a landmark its number; of a face the person's name."""
@@ -132,7 +132,7 @@ class PlaceThing(_Command, frozen=True, kw_only=True, tag="thing"):
     frame: Literal["floor", "robot"] = "floor"
     """`at` and `yaw` as those of `PlaceBox`."""
     size: Length | None = None
-    """Diameter, m; None: as `THING_SIZES` says."""
+    """Diameter, m; None: as in `THING_SIZES`."""
 
 
 class Remove(_Command, frozen=True, kw_only=True, tag="remove"):
@@ -145,21 +145,21 @@ class PlateUnderFoot(_Command, frozen=True, kw_only=True, tag="plate-under-foot"
     """Put a plate on the floor under a foot as soon as that foot is high enough over the floor."""
 
     foot: Foot = "swing"
-    """`swing`: whichever is lifted first."""
+    """`swing`: the first foot to be lifted."""
     size: Size = (0.16, 0.08, 0.01)
-    """m; narrow enough to miss the other foot, 0.1 m beside."""
+    """m; narrow enough to miss the other foot, 0.1 m to the side."""
     shift: tuple[Bounded, Bounded] = (0.0, 0.0)
-    """From the middle of the sole's projection, along its heading and to its left, m: a foot that is still to
-    travel lands ahead of where it was lifted."""
+    """From the middle of the sole's projection, along its heading and to its left, m: a lifted foot lands ahead
+    of its liftoff pose."""
     yaw: Angle = 0.0
     """Of the plate's length against the foot's heading, rad."""
     name: Name = "plate"
 
 
 class SwingPendulum(_Command, frozen=True, kw_only=True, tag="pendulum"):
-    """Let a pendulum fall against the robot, as benchmarks of pushes do: a bob on a light rod.
+    """Release a pendulum against the robot, as in benchmarks of pushes: a bob on a light rod.
 
-    It is released at rest, strikes at its lowest point, and is taken away half a period after its release.
+    It begins at rest, strikes at its lowest point, and disappears half a period after its release.
     """
 
     mass: Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
@@ -200,7 +200,7 @@ class StartFault(_Command, frozen=True, kw_only=True, tag="fault-on"):
 
 
 class EndFault(_Command, frozen=True, kw_only=True, tag="fault-off"):
-    """End a fault by the name that `fault-on` answered, for example `joint-weak:LKneePitch`; empty: all."""
+    """End a fault by its name in the answer to `fault-on`, for example `joint-weak:LKneePitch`; empty: all."""
 
     name: str = ""
 

@@ -1,4 +1,4 @@
-"""The world of an emulated robot (query `world/command`), and its ground truth, which no controller sees."""
+"""The world of an emulated robot (query `world/command`), and its ground truth, hidden from controllers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Contact(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
-    """Ground truth of the emulator at one sensor frame (key `world/truth`); never seen by a controller."""
+    """Ground truth of the emulator at one sensor frame (key `world/truth`), hidden from controllers."""
 
     version: int = SCHEMA_VERSION
     seq: Count
@@ -61,7 +61,7 @@ class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WorldThing(msgspec.Struct, frozen=True, kw_only=True):
-    """Something that the cameras see, and that nothing can touch."""
+    """A thing that is visible to the cameras and has no contacts."""
 
     name: str
     kind: ThingKind
@@ -70,7 +70,7 @@ class WorldThing(msgspec.Struct, frozen=True, kw_only=True):
     position: Vec3
     """Its middle, world frame, m."""
     facing: Vec3
-    """Unit vector in which the front of a landmark or a face looks, world frame."""
+    """Unit vector out of the front of a landmark or a face, world frame."""
 
 
 class Tile(msgspec.Struct, frozen=True):
@@ -103,13 +103,13 @@ class Terrain(msgspec.Struct, frozen=True):
 
 
 class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
-    """The world after a command was carried out."""
+    """The world after a command."""
 
     version: int = SCHEMA_VERSION
     text: str
-    """The action carried out, in one sentence."""
+    """The action, in one sentence."""
     seq: int
-    """Of the boundary at which it was done, or until which it was."""
+    """Of the cycle boundary at the end of the action."""
     time: Finite
     """Robot time, s."""
     paused: bool
@@ -121,4 +121,4 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     faults: tuple[str, ...]
     """Names of the faults in force."""
     terrain: Terrain | None = None
-    """Tiles and heights, to a `status` that asks for them; None otherwise."""
+    """Tiles and heights, for a `status` with `terrain`; otherwise None."""

@@ -1,4 +1,4 @@
-"""Key-frame motions: the file format, the motions that come with the package, their player, and getting up."""
+"""Key-frame motions: the file format, the package's motions, their player, and getting up."""
 
 from bridge.motion.get_up import GET_UP, GetUp, get_up_motions
 from bridge.motion.keyframes import Lying, Motion, load_motion, motion_for, motion_names, named_motion

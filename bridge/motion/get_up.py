@@ -1,4 +1,4 @@
-"""Getting up: plays the motion for the side on which the robot lies, and tries again until the robot stands."""
+"""Getting up: the motion for the side on which the robot lies, repeated until the robot stands."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from bridge.stance import stands
 from bridge.types import Array
 
 GET_UP: Final = "get-up"
-"""In place of a motion's name: the one for how the robot lies, again until it stands."""
-TRIES: Final = 5
-"""After which a robot stays where it is."""
-LIMP: Final = 0.1
+"""In place of a motion's name: the one for the lying side, repeated until the robot stands."""
+MAX_TRIES: Final = 5
+"""Tries, after which the robot keeps lying."""
+LIMP_STIFFNESS: Final = 0.1
 """Stiffness between two tries."""
-STIFF: Final = 0.5
-"""Stiffness that is asked for before a try; the robot has it once commands are taken."""
-_QUIET: Final = 0.3
+TRY_STIFFNESS: Final = 0.5
+"""Stiffness commanded before a try; the robot has it once its guard takes commands."""
+_MAX_QUIET_RATE: Final = 0.3
 """rad/s; a torso that turns more slowly in all axes lies still."""
 _QUIET_TIME: Final = 0.1
-"""s for which it has to."""
-_LONGEST_WAIT: Final = 2.0
+"""s for which it has to lie still."""
+_MAX_WAIT: Final = 2.0
 """s after which a try begins however the torso moves."""
-_UPRIGHT: Final = 0.35
+_MAX_UPRIGHT_TILT: Final = 0.35
 """rad from the vertical; a torso that leans by more rests on more than the feet."""
-_BLOCKED: Final = 0.5
-"""rad by which a joint of an arm under the torso is behind its angle."""
+_BLOCKED_ERROR: Final = 0.5
+"""rad by which a blocked joint of an arm is behind its angle."""
 _BLOCKED_TIME: Final = 1.0
-"""s for which it has to; in tries that got the robot up it was 0.54 s at most, in others up to 4.3 s. Legs
-that hooked into each other come free in the course of a motion."""
+"""s for which it has to be behind; 0.54 s at most in successful tries, up to 4.3 s in others. Legs that hook
+into each other release in the course of a motion."""
 
 
 def get_up_motions(body: Body) -> dict[Lying, Motion]:
-    """The motions that come with the package and get this body up, by the side on which it lies; {}: none."""
+    """The package's motions that get this body up, by the side on which it lies; {}: none."""
     found: dict[Lying, Motion] = {}
     for motion in _shipped():
         if motion.gets_up and body.base in motion.bodies:
@@ -58,11 +58,10 @@ def _shipped() -> tuple[Motion, ...]:
 
 
 class GetUp:
-    """Waits until the torso lies still, plays the motion for how it lies, and looks whether the robot stands.
+    """Waits until the torso lies still, plays the motion for its side, and checks whether the robot stands.
 
-    A try begins when the joints are stiff: a guard that saw a fall takes no command for a while. Where it
-    lets go during a motion, or an arm is blocked, that try is over. A joint that ended a try ends no other:
-    its motor may be broken.
+    A try begins when the joints are stiff: after a fall the guard takes no command for a while. It ends when
+    the guard releases the joints or an arm is blocked. A joint ends one try at most: its motor may be broken.
 
     Args:
         motions: by the side on which the robot lies.
@@ -70,8 +69,8 @@ class GetUp:
         tries: at most.
     """
 
-    def __init__(self, motions: Mapping[Lying, Motion], body: Body, tries: int = TRIES) -> None:
-        self._motions, self._body, self._most = motions, body, tries
+    def __init__(self, motions: Mapping[Lying, Motion], body: Body, tries: int = MAX_TRIES) -> None:
+        self._motions, self._body, self._max_tries = motions, body, tries
         self._player: MotionPlayer | None = None
         self.position: tuple[float, ...] = (0.0,) * N_JOINTS
         """Angles of the last cycle, 25 in frame order, rad."""
@@ -81,13 +80,13 @@ class GetUp:
         for slots in LEG_SLOTS.values():
             self._watched[list(slots)] = False
         self.began: list[Lying] = []
-        """Side on which the robot lay at the beginning of each try."""
-        self.stiffness = LIMP
+        """Lying side at the beginning of each try."""
+        self.stiffness = LIMP_STIFFNESS
         """Of all joints now."""
         self.done = False
-        """It stands, or it was given up."""
+        """The robot stands, or the tries are used up."""
         self.failed = False
-        """It was given up."""
+        """The tries are used up."""
 
     def advance(self, frame: SensorFrame, dt: float) -> tuple[float, ...]:
         """Joint angles of this cycle, 25 in frame order, rad.
@@ -97,9 +96,10 @@ class GetUp:
             dt: time since the last one, s.
         """
         if self._player is not None and (self._player.done or _limp(frame) or self._blocked(frame, dt)):
-            self._end_try(frame)
+            self.done = self._player.done and not self._player.failed and self._stands(frame)
+            self._player = None
         if self._player is None and not self.done and self._lies_still(frame, dt):
-            self.position, self.stiffness = frame.position, STIFF
+            self.position, self.stiffness = frame.position, TRY_STIFFNESS
             if not _limp(frame):
                 self._begin_try(frame)
         if self._player is not None:
@@ -108,7 +108,7 @@ class GetUp:
         return self.position
 
     def _blocked(self, frame: SensorFrame, dt: float) -> bool:
-        behind = np.abs(np.subtract(self.position, frame.position)) > _BLOCKED
+        behind = np.abs(np.subtract(self.position, frame.position)) > _BLOCKED_ERROR
         self._behind = np.where(behind & self._watched, self._behind + dt, 0.0)
         blocked = self._behind > _BLOCKED_TIME
         self._watched &= ~blocked
@@ -116,34 +116,29 @@ class GetUp:
 
     def _lies_still(self, frame: SensorFrame, dt: float) -> bool:
         if self._waited == 0.0:
-            self.position, self.stiffness = frame.position, LIMP
+            self.position, self.stiffness = frame.position, LIMP_STIFFNESS
         self._waited += dt
-        self._quiet = self._quiet + dt if np.abs(frame.gyroscope).max() < _QUIET else 0.0
-        return self._quiet >= _QUIET_TIME or self._waited >= _LONGEST_WAIT
+        self._quiet = self._quiet + dt if np.abs(frame.gyroscope).max() < _MAX_QUIET_RATE else 0.0
+        return self._quiet >= _QUIET_TIME or self._waited >= _MAX_WAIT
 
     def _begin_try(self, frame: SensorFrame) -> None:
         self._quiet = self._waited = 0.0
         if self._stands(frame):
             self.done = True
             return
-        below = lying(frame.angle)
-        motion = self._motions.get(below)
-        if motion is None or len(self.began) >= self._most:
+        lying_side = lying(frame.angle)
+        motion = self._motions.get(lying_side)
+        if motion is None or len(self.began) >= self._max_tries:
             self.done = self.failed = True
             return
-        self.began.append(below)
+        self.began.append(lying_side)
         self._behind[:] = 0.0
         self._player = MotionPlayer(motion, self._body)
 
-    def _end_try(self, frame: SensorFrame) -> None:
-        assert self._player is not None
-        self.done = self._player.done and not self._player.failed and self._stands(frame)
-        self._player = None
-
     def _stands(self, frame: SensorFrame) -> bool:
-        return math.hypot(*frame.angle) < _UPRIGHT and stands(self._body, frame)
+        return math.hypot(*frame.angle) < _MAX_UPRIGHT_TILT and stands(self._body, frame)
 
 
 def _limp(frame: SensorFrame) -> bool:
-    """Whether nothing holds the legs."""
-    return max(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) < 2.0 * LIMP
+    """Whether the legs have no stiffness."""
+    return max(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) < 2.0 * LIMP_STIFFNESS

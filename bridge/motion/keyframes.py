@@ -1,7 +1,7 @@
 """Key-frame motions: their file format, and their 25 angles on a body.
 
-A motion goes from one frame to the next in straight lines in joint space, each in its time. Joints that a frame
-leaves out stay as they are. The first frame is approached from wherever the joints are.
+A motion moves the joints from frame to frame in straight lines in joint space, each in its time. Joints that a
+frame leaves out stay as they are. The first frame is approached from any pose.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from bridge.validation import Invalid, convert, unknown_name
 Lying = Literal["back", "front", "left", "right", "upright"]
 """Side on which the robot lies: back, front, left or right; `upright`: it stands or sits."""
 _FOLDER: Final = Path(__file__).parent
-_MIDLINE: Final = ("HeadPitch", "LHipYawPitch")
+_MIDLINE_JOINTS: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
-_COLUMNS: Final = ("duration_s", "stiffness")
-"""Of a table, beside those of the joints."""
-_FASTEST: Final = 1.5708
+_TABLE_COLUMNS: Final = ("duration_s", "stiffness")
+"""Of a table, in addition to the joints' columns."""
+_APPROACH_SPEED: Final = 1.5708
 """rad/s; speed of the approach to the first frame, NaoTH's."""
 
 
@@ -37,7 +37,7 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Frame(_Table, frozen=True, kw_only=True):
-    """Where the joints are to be, and when."""
+    """A pose of the joints and its time."""
 
     duration: NotNegative
     """Time from the frame before, s; of the first frame of a motion the least, an approach takes longer."""
@@ -48,14 +48,14 @@ class Frame(_Table, frozen=True, kw_only=True):
 
 
 class Gate(_Table, frozen=True, kw_only=True):
-    """Where the torso has to be for the motion to go on; otherwise it has failed."""
+    """Range of the torso's angles without which the motion fails."""
 
     pitch: tuple[float, float] = (-3.2, 3.2)
     """Fused torso pitch, rad."""
     roll: tuple[float, float] = (-3.2, 3.2)
     """Fused torso roll, rad."""
     wait: NotNegative = 0.0
-    """Time that the torso has to come there, s."""
+    """Time for the torso to reach it, s."""
 
 
 class Phase(_Table, frozen=True, kw_only=True):
@@ -74,7 +74,7 @@ class Motion(_Table, frozen=True, kw_only=True):
 
     title: str
     source: str
-    """Where the angles come from, and their licence."""
+    """Origin of the angles, and their licence."""
     begins: Annotated[tuple[Lying, ...], msgspec.Meta(min_length=1)] = (
         "back",
         "front",
@@ -82,12 +82,12 @@ class Motion(_Table, frozen=True, kw_only=True):
         "right",
         "upright",
     )
-    """How the robot may lie at the beginning."""
+    """Lying sides at which it may begin."""
     bodies: tuple[str, ...] = ()
-    """On which it was seen to work; empty: not said."""
+    """On which the motion works; empty: unknown."""
     gets_up: bool = False
-    """One of the motions by which a robot that fell gets up."""
-    approach_speed: Positive = _FASTEST
+    """A motion for getting up after a fall."""
+    approach_speed: Positive = _APPROACH_SPEED
     """Of the fastest joint on the way to the first frame, rad/s."""
     ankle_gyroscope: float = 0.0
     """rad of both AnklePitch per rad/s of the low-passed gyroscope about y."""
@@ -108,7 +108,7 @@ class KeyFrameTarget(NamedTuple):
 
 
 def motion_names() -> tuple[str, ...]:
-    """Names of the motions that come with the package."""
+    """Names of the package's motions."""
     return tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
 
 
@@ -116,8 +116,8 @@ def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
     """A motion by its name, or from a file (.toml, or .csv with a header of joint names).
 
     Args:
-        name_or_path: which.
-        also: names that the caller takes beside these, for the sentence about a wrong one.
+        name_or_path: name of a motion, or path of a file.
+        also: further names that the caller takes, for the error sentence.
 
     Raises:
         ConfigurationError: no such motion, or a file that is none.
@@ -146,7 +146,7 @@ def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
 
 
 def motion_for(kind: str, body: Body) -> Motion | None:
-    """The motion of a kind that comes with the package and works on a body; None: there is none.
+    """The package's motion of a kind for a body; None: there is none.
 
     Args:
         kind: beginning of its name, for example `sit-down`.
@@ -157,12 +157,12 @@ def motion_for(kind: str, body: Body) -> Motion | None:
 
 
 def named_motion(name: str, body: Body, also: tuple[str, ...] = ()) -> Motion:
-    """The motion of a name that comes with the package, in the body's own version.
+    """The package's motion of a name, in the body's own version.
 
     Args:
         name: for example `sit-down`.
         body: data sheet.
-        also: names that the caller takes beside these, for the sentence about a wrong one.
+        also: further names that the caller takes, for the error sentence.
 
     Raises:
         ConfigurationError: no such motion, or none for this body.
@@ -194,10 +194,10 @@ def read_csv(path: Path) -> Motion:
         ) from None
     except ValueError:
         raise ConfigurationError(f"{path}: not a text in UTF-8; give a CSV file") from None
-    for needed in _COLUMNS:
+    for needed in _TABLE_COLUMNS:
         if needed not in columns:
             raise ConfigurationError(f"{path}: no column {needed}; columns are separated by commas")
-    for column in columns:  # others may be a team's notes
+    for column in columns:  # others may be notes
         if column not in JOINTS and difflib.get_close_matches(column, JOINTS, cutoff=0.8):
             raise ConfigurationError(f"{path}: {unknown_name('joint', column, JOINTS)}")
     for number, row in enumerate(rows, 1):
@@ -244,11 +244,12 @@ def mirrored(motion: Motion) -> Motion:
 
 
 def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
-    """The frames of a motion one after the other, inside the joints' ranges; joints not named yet are at 0."""
+    """The frames of a motion in order, inside the joints' ranges; joints not named yet are at 0."""
     position, stiffness, found = [0.0] * N_JOINTS, 1.0, []
     absent = absent_joints(body)
     for phase in motion.phases:
-        for last, frame in _played(phase):
+        frames = phase.frames * phase.repeat
+        for number, frame in enumerate(frames, 1):
             joints = frame.joints
             if phase.mirrored:
                 joints = {_mirror(name): _sign(name) * angle for name, angle in joints.items()}
@@ -257,24 +258,19 @@ def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
                     lower, upper = limits(body, joint)
                     position[INDEX[joint]] = min(max(angle, lower), upper)
             stiffness = stiffness if frame.stiffness is None else frame.stiffness
-            gate = phase.gate if last else None
+            gate = phase.gate if number == len(frames) else None
             found.append(KeyFrameTarget(frame.duration, tuple(position), stiffness, gate))
     return found
 
 
-def _played(phase: Phase) -> list[tuple[bool, Frame]]:
-    frames = phase.frames * phase.repeat
-    return [(number == len(frames) - 1, frame) for number, frame in enumerate(frames)]
-
-
 def _mirror(joint: str) -> str:
     """The joint on the other side."""
-    if joint in _MIDLINE or joint[0] not in "LR":
+    if joint in _MIDLINE_JOINTS or joint[0] not in "LR":
         return joint
     return ("R" if joint[0] == "L" else "L") + joint[1:]
 
 
 def _sign(joint: str) -> float:
     """Of the angle in a mirror: yaw and roll turn round, pitch stays."""
-    turns = joint.endswith(("Roll", "Yaw")) and joint not in _MIDLINE
+    turns = joint.endswith(("Roll", "Yaw")) and joint not in _MIDLINE_JOINTS
     return -1.0 if turns else 1.0

@@ -10,11 +10,11 @@ from bridge.body.joints import INDEX, N_JOINTS
 from bridge.messages import SensorFrame
 from bridge.motion.keyframes import Gate, KeyFrameTarget, Lying, Motion, targets
 
-_FILTER: Final = 0.3
+_GYROSCOPE_WEIGHT: Final = 0.3
 """Weight of the newest gyroscope sample in a cycle (Dutch Nao Team's)."""
-_STEEP: Final = math.cos(math.radians(45.0))
-SETTLE: Final = 0.3
-"""s at the last frame before the motion is over."""
+_MIN_UPRIGHT_COSINE: Final = math.cos(math.radians(45.0))
+SETTLE_TIME: Final = 0.3
+"""s at the last frame before the end of the motion."""
 
 
 def lying(angle: tuple[float, float]) -> Lying:
@@ -26,7 +26,7 @@ def lying(angle: tuple[float, float]) -> Lying:
     roll, pitch = angle
     # the direction of the sky in the torso
     x, y, z = -math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll)
-    if z > _STEEP:
+    if z > _MIN_UPRIGHT_COSINE:
         return "upright"
     if abs(x) >= abs(y):
         return "back" if x > 0.0 else "front"
@@ -34,7 +34,7 @@ def lying(angle: tuple[float, float]) -> Lying:
 
 
 class MotionPlayer:
-    """Goes through the frames of a motion.
+    """Joint angles of a motion, cycle by cycle.
 
     Args:
         motion: to play.
@@ -49,9 +49,9 @@ class MotionPlayer:
         self._time = self._waited = 0.0
         self._gyroscope = 0.0
         self.done = False
-        """All frames were played."""
+        """The motion is over."""
         self.failed = False
-        """The torso was not where a gate wants it; the motion is over."""
+        """The torso is outside a gate; the motion is over."""
         self.stiffness = self._targets[0].stiffness
         """Of all joints now."""
         self.position = self._targets[0].position
@@ -64,7 +64,7 @@ class MotionPlayer:
             frame: newest sensor frame.
             dt: time since the last one, s.
         """
-        self._gyroscope += _FILTER * (frame.gyroscope[1] - self._gyroscope)
+        self._gyroscope += _GYROSCOPE_WEIGHT * (frame.gyroscope[1] - self._gyroscope)
         if self._from is None:
             self._from, dt = frame.position, 0.0
         self._time += dt
@@ -84,7 +84,7 @@ class MotionPlayer:
         return self.position
 
     def _duration(self) -> float:
-        """Of the way to the present frame, s; the first is approached no faster than allowed."""
+        """Of the way to the present frame, s; that to the first is long enough for the approach speed."""
         assert self._from is not None
         target: KeyFrameTarget = self._targets[self._number]
         if self._number > 0:
@@ -93,7 +93,7 @@ class MotionPlayer:
         return max(target.duration, way / self._motion.approach_speed)
 
     def _end_frame(self, frame: SensorFrame, dt: float, duration: float) -> None:
-        """Go on to the next frame, wait at a gate, or end."""
+        """Begin the next frame, wait at a gate, or end."""
         target = self._targets[self._number]
         if target.gate is not None and not _open(target.gate, frame):
             self._waited += dt
@@ -105,7 +105,7 @@ class MotionPlayer:
             self._from, self._time = target.position, self._time - duration
             self._number += 1
         else:
-            self.done = self._time >= duration + SETTLE
+            self.done = self._time >= duration + SETTLE_TIME
 
 
 def _open(gate: Gate, frame: SensorFrame) -> bool:

@@ -1,1 +1,1 @@
-"""Recordings of runs in MCAP: written, read back, and the observers that are told of a run."""
+"""Recordings of runs in MCAP: writing, reading, and the observers of a run."""

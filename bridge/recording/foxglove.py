@@ -1,4 +1,4 @@
-"""The robot in Foxglove's 3-D panel: transforms, joint states, footsteps and URDF in Foxglove's own schemas.
+"""The robot in Foxglove's 3-D panel, in its own schemas: transforms, joint states, footsteps and URDF.
 
 Source: docs.foxglove.dev, schemas `FrameTransforms`, `JointStates`, `SceneUpdate`, `RobotDescription`.
 They follow from the messages of the contract; readers of recordings pass them over.
@@ -25,11 +25,11 @@ from bridge.types import Quaternion as UnitQuaternion
 
 WORLD: Final = "world"
 _FOOTPRINT: Final = "base_footprint"
-EVERY: Final = 5
+MESSAGE_CYCLES: Final = 5
 """Cycles from one message to the next: 20 a second, and on a V6 17."""
-_LOADED: Final = 5.0
-"""N on a foot that stands."""
-_NEW_STEP: Final = 0.02
+_LOADED_FORCE: Final = 5.0
+"""Force on a loaded foot, N."""
+_MIN_STEP: Final = 0.02
 """m from the last footprint of a foot"""
 _THICKNESS: Final = 0.002
 """m of a footprint"""
@@ -180,8 +180,8 @@ class RobotScene:
         self._place: Vec3 = (0.0, 0.0, 0.0)
         self._frame: SensorFrame | None = None
         self._truth: TruthFrame | None = None
-        self._stood = dict.fromkeys(SIDES, False)
-        self._prints: dict[str, Vec3] = {}
+        self._was_loaded = dict.fromkeys(SIDES, False)
+        self._footprints: dict[str, Vec3] = {}
         self._count = 0
 
     def add(self, message: object) -> Iterator[Shown]:
@@ -196,7 +196,7 @@ class RobotScene:
                 self._urdf = None
             if self._frame is not None:
                 yield from self._show(self._frame)
-            self._frame = message if message.seq % EVERY == 0 else None
+            self._frame = message if message.seq % MESSAGE_CYCLES == 0 else None
             self._truth = None
 
     def _show(self, frame: SensorFrame) -> Iterator[Shown]:
@@ -225,18 +225,18 @@ class RobotScene:
     def _footsteps(
         self, stamp: Time, frame: SensorFrame, transforms: Sequence[LinkTransform]
     ) -> Iterator[Entity]:
-        """Soles that stand where their foot did not stand before."""
+        """Footsteps of the soles loaded at a new place."""
         by_child = {one.child: one for one in transforms}
         for i, side in enumerate(SIDES):
-            stands = sum(frame.fsr[4 * i : 4 * i + 4]) > _LOADED
-            stood, self._stood[side] = self._stood[side], stands
-            if not (stands and stood):
+            loaded = sum(frame.fsr[4 * i : 4 * i + 4]) > _LOADED_FORCE
+            was_loaded, self._was_loaded[side] = self._was_loaded[side], loaded
+            if not (loaded and was_loaded):
                 continue
             turn, sole = _placed(by_child, f"{side}AnkleRoll", self._sole)
-            last = self._prints.get(side)
-            if last is not None and math.dist(sole, last) < _NEW_STEP:
+            last = self._footprints.get(side)
+            if last is not None and math.dist(sole, last) < _MIN_STEP:
                 continue
-            self._prints[side] = sole
+            self._footprints[side] = sole
             self._count += 1
             yield self._footstep(stamp, side, heading(matrix(turn)), sole)
 

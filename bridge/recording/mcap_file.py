@@ -21,7 +21,7 @@ from bridge.messages.topics import Message
 from bridge.recording.canonical import LEFT_OUT, RECORDED, canonical_json
 from bridge.recording.foxglove import SHOWN, Shown
 
-_PLAIN: dict[type[mi.Type], str] = {
+_JSON_TYPES: dict[type[mi.Type], str] = {
     mi.BoolType: "boolean",
     mi.IntType: "integer",
     mi.FloatType: "number",
@@ -29,7 +29,7 @@ _PLAIN: dict[type[mi.Type], str] = {
 }
 METADATA: Final = "run"
 """Name of the metadata record that holds the run's configuration."""
-_CHUNK: Final = 250_000_000
+_CHUNK_TIME: Final = 250_000_000
 """Robot time in a compressed chunk, ns: as much as a killed process loses.
 
 The cycle that ends a chunk compresses it: 0.7 ms, and 2 ms if it were a second's. The library keeps some 700
@@ -77,7 +77,7 @@ def _schema(info: mi.Type) -> dict[str, Any]:
             key: bound for key, bound in bounds.items() if bound is not None
         }
     try:
-        return {"type": _PLAIN[type(info)]}
+        return {"type": _JSON_TYPES[type(info)]}
     except KeyError:
         raise TypeError(f"{info} has no plain JSON schema") from None
 
@@ -90,7 +90,7 @@ class McapFile:
         metadata: texts by name: the run's configuration (`config`, JSON), a data sheet (`sheet`, JSON).
 
     Raises:
-        ConfigurationError: the file cannot be created, or has no room for its head; then there is none.
+        ConfigurationError: the file cannot be created, or has no room for its head.
     """
 
     def __init__(self, path: Path, metadata: dict[str, str]) -> None:
@@ -149,7 +149,7 @@ class McapFile:
             self._writer.add_message(
                 self._channels[kind], log_time=time, data=data, publish_time=time, sequence=self._sequence[kind]
             )
-            if not 0 <= time - self._chunk_began < _CHUNK:
+            if not 0 <= time - self._chunk_began < _CHUNK_TIME:
                 self._writer.flush()
                 self._chunk_began = time
         except OSError as error:

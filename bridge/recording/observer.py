@@ -13,13 +13,13 @@ logger = logging.getLogger(__name__)
 
 
 class Observer:
-    """Told of a run in its own order, the same in every mode. Each method does nothing unless overridden."""
+    """Receives the events of a run, in the same order in every mode; each method does nothing by default."""
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """A boundary of the DCM cycle, with the ground truth of the same instant."""
 
     def command(self, frame: ActuatorFrame) -> None:
-        """The actuator frame that was put in force, after the guard."""
+        """The actuator frame in force, after the guard."""
 
     def message(self, message: Message) -> None:
         """Any other recorded message of `TOPICS`; telemetry and notices have a method each."""
@@ -58,10 +58,10 @@ def log_notice(logger: logging.Logger, notice: Notice) -> None:
     if notice.code == SERVER:
         return
     level = logging.DEBUG if notice.code == "clipped" else _LEVELS.get(notice.level, logging.WARNING)
-    logger.log(level, _SAYS, notice.text)
+    logger.log(level, _NOTICE_FORMAT, notice.text)
 
 
-_SAYS: Final = "the robot says: %s"
+_NOTICE_FORMAT: Final = "the robot says: %s"
 
 
 class NoticeHandler(logging.Handler):
@@ -77,5 +77,5 @@ class NoticeHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish a warning that is not itself a notice."""
-        if record.msg != _SAYS:
+        if record.msg != _NOTICE_FORMAT:
             self._publish(Notice(seq=0, level="warning", code=SERVER, text=record.getMessage()))

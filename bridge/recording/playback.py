@@ -1,4 +1,4 @@
-"""Reading recordings back, whole ones and such as a killed process left behind."""
+"""Reading of recordings, whole or cut off."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _RECORD: Final = struct.Struct("<BQ")
 """Head of every MCAP record: kind, and the length of the rest."""
 _CHUNK: Final = struct.Struct("<16xQII")
 """Of a chunk: its times, its length unpacked, a checksum, and the length of the name of its compression."""
-MAX_RECORD: Final = 1 << 26
+MAX_RECORD_SIZE: Final = 1 << 26
 """bytes of a record, packed and unpacked; a second of the longest frames has a hundredth of it."""
 
 _decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in RECORDED.items()}
@@ -37,7 +37,7 @@ class Ending(NamedTuple):
     """How the file of a recording ends."""
 
     complete: bool
-    """It was closed, and not cut off by a killed process or a full disk."""
+    """Not cut off by a killed process or a full disk."""
     after: int
     """Bytes behind its end, which are not read: of a second file joined to it, for example."""
 
@@ -53,14 +53,14 @@ class Recorded(NamedTuple):
 
 
 def read_recording(path: str | Path) -> Iterator[Recorded]:
-    """The messages of a recording in the order they were written.
+    """The messages of a recording in their order in the file.
 
     A file whose end is missing is read to its last whole record. Topics that are not in
     `bridge.recording.canonical.RECORDED` are passed over.
 
     Raises:
-        ConfigurationError: no such file, not an MCAP file, damaged, or a message that does not fit its topic
-            says; the first two are raised by the call itself, the others where reading gets to them.
+        ConfigurationError: no such file, not an MCAP file, damaged, or a message that does not fit its topic;
+            the first two are raised by the call itself, the others during the iteration.
     """
     _open(path).close()
     return (
@@ -70,7 +70,7 @@ def read_recording(path: str | Path) -> Iterator[Recorded]:
 
 
 def recorded_config(path: str | Path) -> Any:
-    """Configuration that the recording was made with, as plain JSON values; None when it holds none.
+    """Configuration of the recorded run, as plain JSON values; None: the recording has none.
 
     Raises:
         ConfigurationError: as `read_recording`, or it holds one that is no JSON.
@@ -142,7 +142,7 @@ def _messages(path: str | Path) -> Iterator[tuple[str, Message]]:
 
 
 def _records(path: str | Path) -> Iterator[McapRecord]:
-    """All records up to the footer, or to the last whole one of a file that was never closed."""
+    """All records up to the footer, or to the last whole one of an incomplete file."""
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
         while len(head := file.read(_RECORD.size)) == _RECORD.size:
@@ -154,16 +154,16 @@ def _records(path: str | Path) -> Iterator[McapRecord]:
                 if file.read() == _MAGIC:
                     raise _damaged(path, "a record is longer than the file")
                 return
-            if length > MAX_RECORD:
-                raise _damaged(path, f"a record of more than {MAX_RECORD} bytes")
+            if length > MAX_RECORD_SIZE:
+                raise _damaged(path, f"a record of more than {MAX_RECORD_SIZE} bytes")
             yield from _parse(path, head + file.read(length))
 
 
 def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
     """The record, or when it is a chunk, those within."""
     records = []
-    if record[0] == Opcode.CHUNK and _unpacked_size(record[_RECORD.size :]) > MAX_RECORD:
-        raise _damaged(path, f"a chunk that unpacks to more than {MAX_RECORD} bytes")
+    if record[0] == Opcode.CHUNK and _unpacked_size(record[_RECORD.size :]) > MAX_RECORD_SIZE:
+        raise _damaged(path, f"a chunk that unpacks to more than {MAX_RECORD_SIZE} bytes")
     try:
         for item in StreamReader(BytesIO(record), skip_magic=True, validate_crcs=True).records:
             records.append(item)
@@ -175,13 +175,13 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
 
 
 def _unpacked_size(chunk: bytes) -> int:
-    """Bytes of a chunk once it is decompressed, as it says itself and as its frame says."""
+    """Bytes of a decompressed chunk, by its header and by its frame."""
     try:
         size, _, length = _CHUNK.unpack_from(chunk)
         begin = _CHUNK.size + length + 8
         packed = zstandard.frame_content_size(chunk[begin:]) if chunk[_CHUNK.size :][:length] == b"zstd" else 0
     except (struct.error, ZstdError):
-        return 0  # cut off, or damaged: reading it says so
+        return 0  # cut off, or damaged: reading it raises the error
     return int(max(size, packed))
 
 

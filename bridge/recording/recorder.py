@@ -37,8 +37,8 @@ class Recorder(Observer, Closing):
     """Writes a recording; also a `bridge.recording.observer.Observer`.
 
     Frames without a time of their own get the time of the last sensor frame written before them. One file is
-    one run: when the robot restarts (a sensor frame with a smaller `seq`), the file is closed and the next
-    one begun beside it, `frames-2.mcap` after `frames.mcap`.
+    one run: after a restart of the robot (a sensor frame with a smaller `seq`) the next file begins in the
+    same folder, `frames-2.mcap` after `frames.mcap`.
 
     Args:
         path: file to write; an existing one is replaced.
@@ -72,18 +72,15 @@ class Recorder(Observer, Closing):
         """Record a message; the time of a sensor frame is also the time of the messages that follow."""
         if isinstance(message, SensorFrame):
             if message.seq < self._seq:
-                self._next_file()
+                self._file.close()
+                self._file = self._open(later_file(self.paths[0], len(self.paths) + 1))
+                self.paths.append(self._file.path)
             self._seq = message.seq
             self._time = round(message.time * 1e9)
         self._file.write(message, self._time)
         if self._scene is not None:
             for shown in self._scene.add(message):
                 self._file.write(shown, self._time)
-
-    def _next_file(self) -> None:
-        self._file.close()
-        self._file = self._open(later_file(self.paths[0], len(self.paths) + 1))
-        self.paths.append(self._file.path)
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """As an observer: record both."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from bridge.body import TORSO, Body, joint_tree
-from bridge.body.cameras import LINK, cameras
+from bridge.body.cameras import CAMERA_LINK, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.kinematics import homogeneous
 from bridge.messages import TruthFrame
@@ -115,7 +115,7 @@ class CameraScene:
         self._tree = joint_tree(body)
         self._cameras = cameras(body)
         # the cameras are inside the head
-        self._shapes = {link: shape for link, shape in link_shapes(body).items() if link != LINK}
+        self._shapes = {link: shape for link, shape in link_shapes(body).items() if link != CAMERA_LINK}
         self._hulls = {
             link: ConvexHull(s.vertices) for link, s in self._shapes.items() if isinstance(s, PrismShape)
         }
@@ -131,7 +131,7 @@ class CameraScene:
     def view(self, camera: int, links: dict[str, Array]) -> View:
         """Camera 0 (top) or 1 (bottom) in the world."""
         eye = self._cameras[camera]
-        H = links[LINK] @ homogeneous(R_pitch(eye.pitch), np.array(eye.place))
+        H = links[CAMERA_LINK] @ homogeneous(R_pitch(eye.pitch), np.array(eye.place))
         return View(H[:3, 3], H[:3, :3], eye.field)
 
     def limbs(self, links: dict[str, Array]) -> list[Solid]:

@@ -106,12 +106,12 @@ def _emulated(
 
 def _get_up(robot: EmulatedRobot, tries: int | None) -> GetUp:
     from bridge.motion import GetUp, get_up_motions
-    from bridge.motion.get_up import TRIES
+    from bridge.motion.get_up import MAX_TRIES
 
     motions = get_up_motions(robot.body)
     if "back" not in motions:  # where the other ones lead to, or begin
         raise ConfigurationError(f"{robot.body.name} has no motion to get up from its back.")
-    return GetUp(motions, robot.body, tries or TRIES)
+    return GetUp(motions, robot.body, tries or MAX_TRIES)
 
 
 def _player(robot: EmulatedRobot, name: str, motion: Motion, start: str) -> MotionPlayer:

@@ -19,7 +19,7 @@ from typing import Annotated
 
 import typer
 
-from bridge.adapters.naoqi.interaction.speech import SPOKEN
+from bridge.adapters.naoqi.interaction.speech import SPOKEN_PREFIX
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
 from bridge.errors import ConfigurationError, LinkError
 from bridge.link import DEFAULT_ENDPOINT
@@ -38,7 +38,7 @@ GRACE = 5.0
 """s that each has to end."""
 FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""
-_REPORTED = re.compile(rf"{SPOKEN}.*|WARNING .*")
+_REPORTED = re.compile(rf"{SPOKEN_PREFIX}.*|WARNING .*")
 """Lines of the server's log that are printed."""
 OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
 """Of this command, which it takes before the program only."""

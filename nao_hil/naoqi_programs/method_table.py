@@ -10,10 +10,10 @@ from threading import RLock
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
-from bridge.adapters.naoqi.core.sensing import QUIET, QUIET_VISION
+from bridge.adapters.naoqi.core.sensing import QUIET_SERVICES, QUIET_VISION
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.declared import Method
-from bridge.adapters.naoqi.services import STAGE, Services
+from bridge.adapters.naoqi.services import NAO_HIL_SERVICE, Services
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
@@ -31,7 +31,7 @@ EXTRACTORS: Final = (
     "ALLandMarkDetection",
     "ALRedBallDetection",
     "ALVisualCompass",
-    *QUIET,
+    *QUIET_SERVICES,
     *QUIET_VISION,
 )
 """Services whose common methods the table has once."""
@@ -78,7 +78,7 @@ def services() -> Services:
 def answers() -> dict[str, dict[str, str]]:
     """Service -> method -> `yes`, `partly` or `no`; methods of every service are under `ALModule`."""
     found = {name: {m: _answer(of) for m, of in table.items()} for name, table in services().table().items()}
-    del found[STAGE]
+    del found[NAO_HIL_SERVICE]
     common = set.intersection(*({m for m, answer in of.items() if answer != "no"} for of in found.values()))
     module = {m: found["ALSystem"][m] for m in common}
     found = {name: {m: a for m, a in of.items() if m not in common} for name, of in found.items()}

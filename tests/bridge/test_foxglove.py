@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from bridge.body import load_body
 from bridge.body.kinematics import BodyTree
 from bridge.messages import Contact, SensorFrame, TruthFrame
-from bridge.recording.foxglove import EVERY, RobotScene
+from bridge.recording.foxglove import MESSAGE_CYCLES, RobotScene
 from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from tests.frames import standing_frame, truth_frame
@@ -45,7 +45,7 @@ def truth(frame: SensorFrame, x: float, yaw: float) -> TruthFrame:
 def record(file: Path, *, with_truth: bool = True) -> dict[str, list[dict[str, Any]]]:
     """A robot that slides 1 cm a cycle, with the right foot in the air; the messages by topic."""
     with Recorder(file, {}, lambda: RobotScene(BODY, "<robot/>")) as recorder:
-        for seq in range(10 * EVERY + 1):
+        for seq in range(10 * MESSAGE_CYCLES + 1):
             frame = standing_frame(seq, fsr=(5.0,) * 4 + (0.0,) * 4)
             recorder.write(frame)
             if with_truth:
@@ -72,7 +72,7 @@ def test_the_links_are_where_ground_truth_and_kinematics_have_them(tmp_path: Pat
         local[:3, :3] = Rotation.from_quat([one["rotation"][k] for k in "xyzw"]).as_matrix()
         local[:3, 3] = [one["translation"][k] for k in "xyz"]
         frames[one["child_frame_id"]] = frames[one["parent_frame_id"]] @ local
-    assert frames["Torso"][:3, 3] == pytest.approx([0.01 * 5 * EVERY, 0.1, 0.3])
+    assert frames["Torso"][:3, 3] == pytest.approx([0.01 * 5 * MESSAGE_CYCLES, 0.1, 0.3])
     for link, expected in BodyTree(BODY).link_frames(standing_frame().position).items():
         assert frames[link] == pytest.approx(frames["Torso"] @ expected, abs=1e-9), link
 
@@ -98,7 +98,7 @@ def test_a_footstep_lies_under_each_new_place_of_a_loaded_foot(tmp_path: Path) -
     size = np.ptp(np.array(BODY.foot.sole), axis=0)
     assert [cube["size"]["x"], cube["size"]["y"]] == pytest.approx(size.tolist())
     xs = [step["cubes"][0]["pose"]["position"]["x"] for step in steps]
-    assert np.diff(xs) == pytest.approx([0.01 * EVERY] * 8)
+    assert np.diff(xs) == pytest.approx([0.01 * MESSAGE_CYCLES] * 8)
 
 
 def test_without_ground_truth_the_odometry_places_the_robot(tmp_path: Path) -> None:

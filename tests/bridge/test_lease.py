@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bridge.link.lease import SILENCE, LeaseBook
+from bridge.link.lease import SILENCE_LIMIT, LeaseBook
 
 
 @pytest.fixture
@@ -54,12 +54,12 @@ def test_every_grant_has_a_number_of_its_own_also_after_a_restart() -> None:
 def test_a_silent_holder_keeps_it_until_another_asks(book: LeaseBook) -> None:
     """Commands are signs of life, and so is asking again."""
     lease = book.acquire("anna", 1, now=0.0).lease
-    assert not book.acquire("bert", 2, now=SILENCE).granted
+    assert not book.acquire("bert", 2, now=SILENCE_LIMIT).granted
     assert book.keepalive(lease, now=100.0)
-    assert not book.acquire("bert", 2, now=100.0 + SILENCE).granted
+    assert not book.acquire("bert", 2, now=100.0 + SILENCE_LIMIT).granted
     book.acquire("anna", 1, now=102.0)
-    assert not book.acquire("bert", 2, now=102.0 + SILENCE).granted
-    taken = book.acquire("bert", 2, now=102.0 + SILENCE + 0.01)
+    assert not book.acquire("bert", 2, now=102.0 + SILENCE_LIMIT).granted
+    taken = book.acquire("bert", 2, now=102.0 + SILENCE_LIMIT + 0.01)
     assert taken.granted and taken.lease != lease
     assert not book.keepalive(lease, now=106.0)
 

@@ -26,7 +26,7 @@ from bridge.adapters.lola.packets import identity_of, sensor_frame
 from bridge.adapters.naoqi import qi_values
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.services import Services
-from bridge.adapters.ros.orders import Way
+from bridge.adapters.ros.orders import JointPath
 from bridge.body import Body, load_body
 from bridge.body.joints import N_JOINTS
 from bridge.config import load_toml, parse_toml
@@ -210,7 +210,7 @@ def ros(data: bytes) -> None:
     except Exception:
         return  # rosbags raises what its generated code raises; `RosNode.subscribe` leaves such messages out
     try:
-        order, _ = Way(message).now(0.0)
+        order, _ = JointPath(message).now(0.0)
     except ValueError as error:
         assert str(error)
         return

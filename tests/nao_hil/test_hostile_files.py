@@ -12,9 +12,9 @@ import pytest
 import zstandard
 
 from bridge.body import load_body
-from bridge.config import MAX_TOML, parse_toml, read_toml
+from bridge.config import MAX_TOML_SIZE, parse_toml, read_toml
 from bridge.errors import ConfigurationError
-from bridge.recording.playback import MAX_RECORD, read_recording
+from bridge.recording.playback import MAX_RECORD_SIZE, read_recording
 from emulator.scenarios import MAX_CSV, Scenario, load_scenario
 from emulator.wear import load_wear
 from nao_hil.identification.csv_file import read_csv
@@ -74,7 +74,7 @@ def test_a_hostile_scenario_is_refused_in_one_sentence(text: str, said: str, tmp
 
 def test_what_is_long_and_right_is_read_in_time() -> None:
     numbers = "[heightfield]\nheights = [" + ", ".join(f"[{'0.0015, ' * 200}]" for _ in range(150)) + "]\n"
-    assert len(numbers) < MAX_TOML
+    assert len(numbers) < MAX_TOML_SIZE
     began = time.process_time()
     field = parse_toml(numbers, "numbers", Scenario).heightfield
     assert field is not None and len(field.heights) == 150
@@ -143,7 +143,7 @@ def test_a_run_keeps_its_heights_in_a_file_that_can_be_read_again(tmp_path: Path
 
 @pytest.mark.parametrize("honest", [True, False])
 def test_a_recording_that_unpacks_to_gigabytes_is_refused(honest: bool, tmp_path: Path) -> None:
-    size = 4 * MAX_RECORD
+    size = 4 * MAX_RECORD_SIZE
     packed = zstandard.compress(bytes(size))
     chunk = struct.pack("<QQQII", 0, 0, size if honest else 100, 0, 4) + b"zstd"
     chunk += struct.pack("<Q", len(packed)) + packed

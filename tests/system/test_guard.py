@@ -138,7 +138,7 @@ def test_nobody_there_is_told_in_one_sentence(
     command: str, endpoint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run([command, "--connect", endpoint, *(["--yes"] if command == "arm" else [])]) == 3
-    assert f"Nobody listened at {endpoint}" in words(capsys.readouterr().err)
+    assert f"No robot listened at {endpoint}" in words(capsys.readouterr().err)
 
 
 def test_a_lola_client_in_lockstep_gets_its_packets_after_an_emergency_stop(

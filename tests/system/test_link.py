@@ -18,7 +18,7 @@ import zenoh
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.client import GuardClient, WalkClient
-from bridge.link.session import MAX_RECEIVED, open_client, open_robot, subscribe
+from bridge.link.session import MAX_MESSAGE_SIZE, open_client, open_robot, subscribe
 from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, Notice, WalkTelemetry, decode, encode
 from tests.frames import info_of_robot, standing_frame, walk_telemetry
 from tests.loops import TIMEOUT, until
@@ -472,7 +472,7 @@ def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
     with contextlib.closing(open_client(endpoint)) as stranger:
-        put(stranger, "actuators", b"\x00" * (2 * MAX_RECEIVED))
+        put(stranger, "actuators", b"\x00" * (2 * MAX_MESSAGE_SIZE))
         put(stranger, "actuators", b"")
         until(lambda: robot.refused, "the small one after it")
     assert robot.refused == 1

@@ -17,7 +17,7 @@ import msgspec
 from bridge.body import Body
 from bridge.body.inverse_kinematics import UnreachableError
 from bridge.body.joints import LEG_SLOTS
-from bridge.body.leg_limits import CLIPPED, limit_violations
+from bridge.body.leg_limits import CLIPPED_EXCESS, limit_violations
 from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from bridge.types import SIDES, Side
@@ -186,7 +186,7 @@ def _check_limits(body: Body, angles: tuple[float, ...], plan: Plan, where: str)
     for side in SIDES:
         for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
             hangs = joint == f"{side}AnkleRoll" and _clears_ground(body, side, plan, excess)
-            if hangs or abs(excess) < CLIPPED:
+            if hangs or abs(excess) < CLIPPED_EXCESS:
                 continue
             bound = "above" if excess > 0.0 else "below"
             raise ConfigurationError(

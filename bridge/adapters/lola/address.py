@@ -1,4 +1,4 @@
-"""Where LoLA's socket is: a unix socket on this machine, or a host and a port that it is relayed to."""
+"""Address of LoLA's socket: a unix socket on this machine, or host and port of its relay."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def parse_address(text: str) -> Address:
 
 
 def listen(address: Address) -> socket.socket:
-    """A listening socket; one that a dead server left at the path is replaced.
+    """A listening socket; it replaces a dead server's at the path.
 
     Raises:
         LinkError: it has a listener already, something else is there, or the system does not allow it.
@@ -80,14 +80,14 @@ def _listen_tcp(address: Address) -> socket.socket:
 
 
 def remove(address: Address) -> None:
-    """Take the path of a unix socket away again."""
+    """Remove the path of a unix socket."""
     if address.path:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(address.path)
 
 
 def connect(address: Address, timeout: float) -> socket.socket:
-    """A connection; it answers at once, in small packets, where the network lets it.
+    """A connection without delay of small packets.
 
     Args:
         address: of the server.
@@ -112,6 +112,6 @@ def connect(address: Address, timeout: float) -> socket.socket:
 
 
 def send_at_once(peer: socket.socket) -> None:
-    """Do not wait for more to send (Nagle's algorithm would, by up to 40 ms)."""
+    """Switch off Nagle's algorithm, which delays small packets by up to 40 ms."""
     if peer.family != socket.AF_UNIX:
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -22,26 +22,26 @@ from bridge.host import RobotHost
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.types import Closing
 
-SILENCE: Final = 1.0
-"""s without a packet after which a LoLA is taken to be gone."""
-_CONNECT: Final = 1.0
+PACKET_TIMEOUT: Final = 1.0
+"""s without a packet after which the connection to LoLA ends."""
+_CONNECT_TIMEOUT: Final = 1.0
 """s an attempt to connect may take."""
-_SEND: Final = 0.2
-"""s a command may take; a LoLA that takes none for so long has gone."""
-_READ: Final = 65536
+_SEND_TIMEOUT: Final = 0.2
+"""s a command may take, after which the connection ends."""
+_READ_SIZE: Final = 65536
 logger = logging.getLogger(__name__)
-_ANSWER: Final = 0.008
-"""s of the 12 ms cycle in which the controller's answer to a packet is waited for, before the next is read."""
-_RESEND: Final = 0.2
-"""s; how often a frame is repeated in lockstep while no answer comes."""
-_CHECK_STOP: Final = 0.1
-"""s between two looks at whether to end."""
+_ANSWER_TIMEOUT: Final = 0.008
+"""s of the 12 ms cycle in which the bridge waits for the controller's answer to a packet."""
+_RESEND_INTERVAL: Final = 0.2
+"""s after which a frame without an answer is repeated in lockstep."""
+_STOP_INTERVAL: Final = 0.1
+"""s between two checks of the stop event."""
 _BODIES: Final = {"6": "nao-v6"}
 """Data sheet by the first part of `Body/Version`; LoLA runs on V6 only."""
 
 
 class Packets(NamedTuple):
-    """The packets that have come since the last ones were asked for."""
+    """Packets since the last call."""
 
     newest: Map
     number: int
@@ -58,19 +58,19 @@ class LolaDevice(Closing):
         OSError: no listener there.
     """
 
-    def __init__(self, address: Address, silence: float = SILENCE) -> None:
+    def __init__(self, address: Address, silence: float = PACKET_TIMEOUT) -> None:
         self.address, self._silence = address, silence
-        self._peer = connect(address, _CONNECT)
-        self._peer.settimeout(_SEND)
+        self._peer = connect(address, _CONNECT_TIMEOUT)
+        self._peer.settimeout(_SEND_TIMEOUT)
         self._stream = MapStream(SENSORS)
-        self._heard = time.monotonic()
-        self._spoken = False
+        self._last_received = time.monotonic()
+        self._has_received = False
 
     def packets(self, timeout: float) -> Packets | None:
-        """The packets that are there, waiting up to `timeout` s for the first; None when none came.
+        """The received packets, waiting up to `timeout` s for the first; None: none.
 
         Raises:
-            LinkError: the connection has ended, or nothing came for too long.
+            LinkError: the connection has ended, or has been silent for too long.
         """
         deadline = time.monotonic() + timeout
         while True:
@@ -78,17 +78,17 @@ class LolaDevice(Closing):
             if select.select([self._peer], [], [], left)[0]:
                 maps = self._stream.feed(self._received())
                 if maps:
-                    self._heard, self._spoken = time.monotonic(), True
+                    self._last_received, self._has_received = time.monotonic(), True
                     return Packets(maps[-1], len(maps))
-            elif time.monotonic() - self._heard > self._silence:
-                end = "." if self._spoken else "; is another client connected?"
+            elif time.monotonic() - self._last_received > self._silence:
+                end = "." if self._has_received else "; is another client connected?"
                 raise LinkError(f"LoLA at {self.address} has been silent for {self._silence:g} s{end}")
             else:
                 return None
 
     @property
     def dropped(self) -> int:
-        """Bytes so far that belonged to no packet."""
+        """Bytes so far outside packets."""
         return self._stream.dropped
 
     def send(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
@@ -104,7 +104,7 @@ class LolaDevice(Closing):
 
     def _received(self) -> bytes:
         try:
-            data = self._peer.recv(_READ)
+            data = self._peer.recv(_READ_SIZE)
         except OSError as error:
             raise self._ended(error) from None
         if not data:
@@ -125,11 +125,11 @@ class LolaCounts(BridgeCounts, kw_only=True):
 
     packets: int = 0
     dropped_bytes: int = 0
-    """Received from the robot, and part of no packet."""
+    """Received from the robot outside packets."""
 
 
 class LolaBridge:
-    """Connects, bridges, and connects again.
+    """Connects to LoLA and bridges, again after each connection.
 
     Args:
         address: of LoLA's socket, or of its relay.
@@ -137,7 +137,7 @@ class LolaBridge:
         stop: set when it is to end.
 
     Raises:
-        ConfigurationError: a dry run in lockstep, no such body, or a body that LoLA does not run on.
+        ConfigurationError: a dry run in lockstep, no such body, or a body without LoLA.
     """
 
     def __init__(self, address: Address, settings: BridgeSettings, stop: threading.Event) -> None:
@@ -155,13 +155,13 @@ class LolaBridge:
         """Bridge until stopped.
 
         Raises:
-            ConfigurationError: a robot that LoLA is not known to run on.
+            ConfigurationError: a robot not known to run LoLA.
             LinkError: the endpoint cannot be listened on.
         """
         logger.info("waiting for LoLA at %s", self._address)
         while not self._stop.is_set():
             try:
-                device = LolaDevice(self._address, math.inf if self._lockstep else SILENCE)
+                device = LolaDevice(self._address, math.inf if self._lockstep else PACKET_TIMEOUT)
             except OSError as error:
                 self._retry.wait(f"No LoLA answers at {self._address} ({error.strerror or error}).")
                 continue
@@ -173,7 +173,7 @@ class LolaBridge:
         return self._counts
 
     def _bridge(self, device: LolaDevice) -> None:
-        """From a first packet to the end of the connection."""
+        """Serve one connection to its end."""
         try:
             first = self._first(device)
             identity = identity_of(first.newest) if first is not None else None
@@ -192,17 +192,17 @@ class LolaBridge:
                 self._in_real_time(device, host)
 
     def _first(self, device: LolaDevice) -> Packets | None:
-        """The first packets, which name the robot; None when stopped before."""
+        """The first packets, which name the robot; None after a stop."""
         packets = None
         while packets is None and not self._stop.is_set():
-            packets = device.packets(_CHECK_STOP)
+            packets = device.packets(_STOP_INTERVAL)
         return packets
 
     def _body(self, identity: Identity) -> Body:
         name = _BODIES.get(identity.body_version.partition(".")[0])
         if name is None:
             raise ConfigurationError(
-                f"The robot at {self._address} says that its body is version {identity.body_version}; only V6 "
+                f"The robot at {self._address} reports body version {identity.body_version}; only V6 "
                 "bodies are known to run LoLA. Name the data sheet with --robot if it is right."
             )
         return load_body(name)
@@ -210,21 +210,21 @@ class LolaBridge:
     def _in_real_time(self, device: LolaDevice, host: RobotHost) -> None:
         seq = -1
         while not host.should_end(self._stop):
-            packets = device.packets(_CHECK_STOP)
+            packets = device.packets(_STOP_INTERVAL)
             if packets is None:
                 continue
             seq += packets.number
             frame = self._frame(packets, seq)
             if frame is not None:
-                self._send(device, host.exchange(frame, wait=_ANSWER))
+                self._send(device, host.exchange(frame, wait=_ANSWER_TIMEOUT))
 
     def _in_lockstep(self, device: LolaDevice, host: RobotHost, first: Packets) -> None:
         seq = -1
-        packets: Packets | None = first  # no other comes before it is answered
+        packets: Packets | None = first  # the robot sends no other before the answer
         frame: SensorFrame | None = None
         last: ActuatorFrame | None = None
         while not host.should_end(self._stop):
-            packets = packets or device.packets(_CHECK_STOP if frame is None else 0.0)
+            packets = packets or device.packets(_STOP_INTERVAL if frame is None else 0.0)
             if packets is not None:
                 seq += packets.number
                 frame, packets = self._frame(packets, seq), None
@@ -232,7 +232,7 @@ class LolaBridge:
                     host.publish(msgspec.structs.replace(frame, command=host.in_force))
             if frame is None:
                 continue
-            if host.needs_cycle:  # the guard goes on without a controller, or leaves the last command in force
+            if host.needs_cycle:  # the guard acts without a controller, or leaves the last command in force
                 command = host.decide(frame, None, supervised=host.supervised) or last
             else:
                 command = self._answer(host, frame)
@@ -241,11 +241,11 @@ class LolaBridge:
                 frame, last = None, command
 
     def _answer(self, host: RobotHost, frame: SensorFrame) -> ActuatorFrame | None:
-        """The controller's answer to a frame; None, and the frame is sent again, while there is none."""
-        command = host.link.wait_command(_RESEND)
+        """The controller's answer to a frame; None: none yet, and the frame is repeated."""
+        command = host.link.wait_command(_RESEND_INTERVAL)
         if command is None:
             host.link.publish(frame)
-        elif command.reply_to >= frame.seq:  # an older one answers a frame that was sent again
+        elif command.reply_to >= frame.seq:  # an older one answers a repeated frame
             accepted = host.admit([command], frame.seq)
             if accepted is not None:
                 return host.decide(frame, accepted, supervised=False)
@@ -270,7 +270,7 @@ def _lola_body(name: str) -> Body:
     body = load_body(name)
     if not math.isclose(body.cycle, CYCLE):
         raise ConfigurationError(
-            f"LoLA is spoken by a V6, every {1e3 * CYCLE:g} ms; {body.name} has a cycle of "
+            f"LoLA runs on a V6, every {1e3 * CYCLE:g} ms; {body.name} has a cycle of "
             f"{1e3 * body.cycle:g} ms: a V3 to V5 is reached with `nao-hil bridge naoqi`."
         )
     return body

@@ -17,23 +17,23 @@ from bridge.validation import unknown_name
 
 JOINT_KEYS = ("Position", "Stiffness")
 logger = logging.getLogger(__name__)
-_READ: Final = 65536
+_READ_SIZE: Final = 65536
 
 
 class MapError(NamedTuple):
     """An error in a client's map."""
 
     kind: str
-    """The same for the same mistake, whatever the joint and the value."""
+    """The same for any joint and value."""
     text: str
     """One sentence."""
 
 
 class Setpoints:
-    """Keeps the last value of each joint: a map may leave out keys, whose joints then stay as they were.
+    """The last value of each joint; a map may leave out keys.
 
     Args:
-        position: 25 measured angles, rad: where the joints stay until the client sends others.
+        position: 25 measured angles, rad, the initial setpoints.
         stiffness: 25 stiffnesses in force, likewise.
     """
 
@@ -43,7 +43,7 @@ class Setpoints:
     def update(self, values: Map) -> list[MapError]:
         """Take over the joint values of a map; unknown keys are ignored.
 
-        An array of another length is ignored, an element that is no finite number leaves its joint as it was,
+        An array of another length is ignored, an element that is no finite number leaves its joint unchanged,
         and a stiffness outside -1 to 1 is clipped.
 
         Returns:
@@ -106,18 +106,17 @@ class LolaClient:
         peer.setblocking(False)
         send_at_once(peer)
         self._peer = peer
-        self._proven = peer.family == socket.AF_UNIX
-        """It speaks LoLA. A web browser reaches TCP ports, and its requests begin with an HTTP method."""
+        self._speaks_lola = peer.family == socket.AF_UNIX
+        """It speaks LoLA. A web browser reaches TCP ports too; its requests begin with an HTTP method."""
         self._stream = MapStream(ACTUATORS)
         self._warned: set[str] = set()
-        """Kinds of errors that were logged."""
+        """Kinds of errors logged so far."""
         self.setpoints: Setpoints | None = None
         """None before the first map with positions or stiffnesses."""
         self.leds = [0] * N_LEDS
         """Brightness of each LED by the maps so far, 0 to 255, see `LedFrame`."""
         self.stalled = False
-        """A packet found its buffer full: it gets no more packets, and its maps are ignored (as on a robot:
-        reported)."""
+        """Its buffer was full: it gets no more packets, and its maps are ignored (as on a robot: reported)."""
         self.packets = 0
         """Sent so far."""
         self.maps = 0
@@ -125,7 +124,7 @@ class LolaClient:
 
     @property
     def dropped(self) -> int:
-        """Bytes received that belonged to no map."""
+        """Bytes received outside maps."""
         return self._stream.dropped
 
     def fileno(self) -> int:
@@ -148,23 +147,23 @@ class LolaClient:
         self.packets += not self.stalled
 
     def receive(self) -> list[Map]:
-        """The maps that have come, oldest first; none of a stalled client.
+        """The received maps, oldest first; none of a stalled client.
 
         Raises:
             ClientGone: it closed its end.
         """
         try:
-            data = self._peer.recv(_READ)
+            data = self._peer.recv(_READ_SIZE)
         except BlockingIOError:
             return []
         except OSError:
             raise ClientGone from None
         if not data:
             raise ClientGone
-        if not self._proven and not is_map_head(data[0]):
+        if not self._speaks_lola and not is_map_head(data[0]):
             logger.warning("a client over TCP does not begin with a map; its connection is closed")
             raise ClientGone
-        self._proven = True
+        self._speaks_lola = True
         if self.stalled:
             return []
         before = self.dropped
@@ -181,7 +180,7 @@ class LolaClient:
 
         Args:
             maps: as received, oldest first.
-            frame: the newest one: joints without a setpoint stay as measured.
+            frame: the newest one; joints without a setpoint keep their measured angle.
         """
         for values in maps:
             for key in values.keys() - ACTUATORS.keys():
@@ -196,7 +195,7 @@ class LolaClient:
                 self.warn(error.kind, f"the client's {error.text}")
 
     def _light(self, key: str, values: object) -> None:
-        """Take over an array of LEDs, 0 to 1 each; one of another length or with anything else is ignored."""
+        """Take over an array of LEDs, 0 to 1 each; a wrong one is ignored."""
         places = LEDS[key]
         if not isinstance(values, list) or len(values) != len(places) or not all(map(_is_number, values)):
             self.warn(key, f"the client's `{key}` needs {len(places)} numbers; it was ignored.")
@@ -205,10 +204,10 @@ class LolaClient:
             self.leds[place] = round(255.0 * min(max(value, 0.0), 1.0))
 
     def warn(self, kind: str, text: str) -> None:
-        """Log a warning, the first one of its kind on this connection.
+        """Log the first warning of its kind on this connection.
 
         Args:
-            kind: the same for the same mistake.
+            kind: see `MapError`.
             text: one sentence.
         """
         if kind not in self._warned:

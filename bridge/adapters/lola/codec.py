@@ -1,9 +1,9 @@
 """LoLA's messages: keys, order and lengths; msgpack maps in a stream of bytes, with or without garbage.
 
-LoLA's socket carries one map after the other, without lengths or separators. A reader that meets anything else
-finds the next map by itself: the next whole one that begins with a known key. LoLA's maps are flat: keys are
+LoLA's socket carries one map after the other, without lengths or separators. After garbage a reader finds the
+next whole map that begins with a known key. LoLA's maps are flat: keys are
 printable ASCII; values are scalars, texts, or arrays of both, in the old msgpack that LoLA speaks (no `bin`,
-`str 8` or `ext`). This narrow form tells a whole map from the rest of a damaged one.
+`str 8` or `ext`). This narrow form distinguishes a whole map from the rest of a damaged one.
 
 Contents of LoLA's messages: keys, their order on the wire, and lengths.
 
@@ -96,7 +96,7 @@ _SCALARS: Final = frozenset({float, int, bool, str, type(None)})
 
 
 class MapStream:
-    """Takes bytes as they come and gives the whole maps among them.
+    """Parser of a stream of bytes into whole maps.
 
     A map is damaged, and is dropped, when it is not the msgpack described above, when it is longer than
     `MAX_MESSAGE`, when the bytes behind it begin no map, or when its end is missing and a whole map begins
@@ -111,9 +111,9 @@ class MapStream:
         self._head = re.compile(b"[\x81-\x8f](?:" + b"|".join(map(re.escape, self._keys)) + b")")
         self._bytes = b""
         self._lost = False
-        """Whether the bytes at hand follow garbage."""
+        """Whether the present bytes follow garbage."""
         self.dropped = 0
-        """Bytes so far that belonged to no whole map."""
+        """Bytes so far outside whole maps."""
 
     def feed(self, data: bytes) -> list[Map]:
         """The maps that `data` completes, oldest first."""
@@ -124,7 +124,7 @@ class MapStream:
         return found
 
     def _next(self) -> Map | None:
-        """Take the next whole map; None when there is none: then only the beginning of one is kept."""
+        """Take the next whole map; None: there is none, and only the beginning of one is kept."""
         kept = len(self._bytes)
         for start in self._starts():
             data = self._bytes[start : start + MAX_MESSAGE]
@@ -145,14 +145,14 @@ class MapStream:
         return None
 
     def _starts(self) -> Iterator[int]:
-        """Where a map may begin: at the first byte unless that follows garbage, and at each known key."""
+        """Possible beginnings of a map: the first byte, unless it follows garbage, and each known key."""
         if not self._lost:
             yield 0
         for head in self._head.finditer(self._bytes, not self._lost):
             yield head.start()
 
     def _cut_head(self) -> int:
-        """Where the head of a map with a known key begins that the end of the bytes cuts off."""
+        """Beginning of a map's head that is cut off by the end of the bytes."""
         end = len(self._bytes)
         for start in range(max(0, end - MAX_TEXT - 1), end):
             rest = self._bytes[start + 1 :]
@@ -167,7 +167,7 @@ class MapStream:
 
 
 def pack_map(values: Mapping[str, Sequence[float | int | bool | str]]) -> bytes:
-    """A map of arrays as LoLA and its clients write it: numbers as float 32, texts of at most 31 bytes."""
+    """A map of arrays in LoLA's msgpack: numbers as float 32, texts of at most 31 bytes."""
     packed: bytes = msgpack.packb(values, use_single_float=True, use_bin_type=False)
     return packed
 
@@ -182,7 +182,7 @@ def _unpack(data: bytes) -> tuple[Map, int]:
 
     Raises:
         msgpack.OutOfData: the bytes end before the map does.
-        ValueError: none of LoLA's maps looks like this.
+        ValueError: not a map of LoLA's form.
     """
     if not is_map_head(data[0]):
         raise ValueError
@@ -202,7 +202,7 @@ def _unpack(data: bytes) -> tuple[Map, int]:
 
 
 def _flat(array: list[Scalar]) -> list[Scalar]:
-    """The array, if it holds scalars and printable texts only; otherwise ValueError."""
+    """The array itself; ValueError unless it holds scalars and printable texts only."""
     kinds = set(map(type, array))
     if not kinds <= _SCALARS:
         raise ValueError

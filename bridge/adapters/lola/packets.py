@@ -1,9 +1,9 @@
 """Sensor packets from frames of the contract and back, and command packets. Signs: `bridge.adapters.signs`.
 
-The steps in which a real LoLA's values come, taken from captured packets of V6 robots.
+The steps of the values are those of captured packets of V6 robots.
 
 Confirmed on two packets of two robots: all accelerometer and gyroscope values are whole multiples of the steps,
-and the 46 joint values lie within 0.003 steps of theirs. Values that are whole steps already stay as they are.
+and the 46 joint values are within 0.003 steps of theirs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _VERSION_LENGTH: Final = 5
 POSITION_STEP: Final = 0.001534
 """rad; 2 pi / 4096 as the firmware rounds it."""
 RESIDUE: Final = 4.2e-5
-"""rad by which each joint's values are off whole steps."""
+"""rad between each joint's values and whole steps."""
 RESIDUE_SIGNS: Final = (-1, -1, -1, -1, -1, 1, -1, 1, 1, 1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, -1, 1, -1)
 """Of the joints that are angles, in frame order; the same on both robots."""
 HAND_STEP: Final = 0.0004
@@ -34,11 +34,11 @@ GYROSCOPE_STEP: Final = math.radians(500.0) / 32768.0
 ACCELEROMETER_STEP: Final = 9.81 / 1024.0
 """m/s^2"""
 _STEPS: Final = {"Gyroscope": GYROSCOPE_STEP, "Accelerometer": ACCELEROMETER_STEP}
-_HIGH: Final = 76.0
-_COOL: Final = 70.0
-_COLD: Final = (0,) * N_JOINTS
+_HIGH_TEMPERATURE: Final = 76.0
+_COOL_TEMPERATURE: Final = 70.0
+_ALL_COOL: Final = (0,) * N_JOINTS
 _MAX_FLOAT: Final = 3.4e38
-"""A float 32 holds no more."""
+"""Largest float 32."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +51,10 @@ class Identity:
     head_version: str = "6.0.0"
 
     def check(self) -> Identity:
-        """Itself, if it fits into a packet.
+        """Itself, after a check of its lengths.
 
         Raises:
-            ConfigurationError: a text of another length would move everything behind it in the packet.
+            ConfigurationError: a text of another length, which would move the rest of the packet.
         """
         for name, text, length in (
             ("Body id", self.body_id, _ID_LENGTH),
@@ -80,7 +80,7 @@ def identity_of(values: Map) -> Identity:
 
 
 def quantized(key: str, values: Sequence[float]) -> Sequence[float]:
-    """An array of a sensor packet as a real robot would report it.
+    """An array of a sensor packet in the steps of a real robot.
 
     Args:
         key: of the array in the packet.
@@ -92,7 +92,7 @@ def quantized(key: str, values: Sequence[float]) -> Sequence[float]:
 
 
 def _positions(angles: Sequence[float]) -> list[float]:
-    """Joint angles (rad; the last two slots are hands, 0 to 1) as the encoders of a V6 would report them."""
+    """Joint angles (rad; the last two slots are hands, 0 to 1) in the steps of a V6's encoders."""
     shifts = [sign * RESIDUE for sign in RESIDUE_SIGNS]
     joints = [
         round((a - shift) / POSITION_STEP) * POSITION_STEP + shift
@@ -114,13 +114,13 @@ class HeatStatus:
     def update(self, temperature: Sequence[float]) -> list[int]:
         """The status of each motor at these temperatures, 25, degrees Celsius."""
         rows = zip(self._high, temperature, strict=True)
-        self._high = [value >= (_COOL if high else _HIGH) for high, value in rows]
+        self._high = [value >= (_COOL_TEMPERATURE if high else _HIGH_TEMPERATURE) for high, value in rows]
         rows = zip(self._high, temperature, strict=True)
         return [max(int(high), level if (level := motor_status(value)) > 1 else 0) for high, value in rows]
 
 
-def sensor_packet(frame: SensorFrame, identity: Identity, status: Sequence[int] = _COLD) -> bytes:
-    """The 896 bytes that a V6 would send, in a V6's steps; every key is at the same place in each packet.
+def sensor_packet(frame: SensorFrame, identity: Identity, status: Sequence[int] = _ALL_COOL) -> bytes:
+    """The 896 bytes of a V6's packet, in its steps; every key is at the same place in each packet.
 
     Args:
         frame: sensor values.
@@ -180,7 +180,7 @@ def sensor_frame(values: Map, *, seq: int) -> SensorFrame:
 
 
 def actuator_map(position: Sequence[float], stiffness: Sequence[float]) -> bytes:
-    """A command of all joints as a client of LoLA writes it (276 bytes).
+    """A command of all joints as a map of LoLA (276 bytes).
 
     Args:
         position: 25 angles, rad; hands 0 to 1.

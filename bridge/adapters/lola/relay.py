@@ -2,8 +2,8 @@
 
     python relay.py --listen 0.0.0.0:10000 --socket /tmp/robocup
 
-One client at a time, as on the socket itself. There is no password: whoever reaches the port moves the robot,
-so listen on an address that only your machine reaches.
+One client at a time, as on the socket itself. There is no password: any client of the port moves the robot, so
+listen on an address that only your machine reaches.
 """
 # ruff: noqa: UP024, UP031  (Python 2 reads it too)
 
@@ -16,7 +16,7 @@ READ = 65536
 WAITING = 262144  # bytes kept for a side that does not read, some 3 s of packets; then the connection ends
 
 
-def say(text):
+def log(text):
     # type: (str) -> None
     """One line on stderr."""
     sys.stderr.write(text + "\n")
@@ -25,7 +25,7 @@ def say(text):
 
 def relay(client, robot):
     # type: (socket.socket, socket.socket) -> str
-    """Carry bytes both ways until one side ends; why it ended."""
+    """Pass bytes both ways until one side ends; the reason of the end."""
     names = {client: "the client", robot: "LoLA"}
     other = {client: robot, robot: client}
     waiting = {client: bytearray(), robot: bytearray()}
@@ -58,22 +58,22 @@ def relay(client, robot):
 
 def serve(host, port, path):
     # type: (str, int, str) -> None
-    """Take one client after the other, for ever."""
+    """Serve one client after the other."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listener.bind((host, port))
     listener.listen(1)
-    say("relaying %s to %s:%d" % (path, host, listener.getsockname()[1]))
+    log("relaying %s to %s:%d" % (path, host, listener.getsockname()[1]))
     while True:
         client, address = listener.accept()
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         robot = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             robot.connect(path)
-            say("client %s came" % address[0])
-            say("client %s gone: %s" % (address[0], relay(client, robot)))
+            log("client %s connected" % address[0])
+            log("client %s disconnected: %s" % (address[0], relay(client, robot)))
         except socket.error as error:
-            say("no LoLA at %s: %s" % (path, error))
+            log("no LoLA at %s: %s" % (path, error))
         client.close()
         robot.close()
 

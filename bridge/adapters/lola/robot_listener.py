@@ -1,7 +1,7 @@
 """A thread that receives a served robot's frames and holds its lease.
 
-The loop that serves the socket must never wait for the robot, and a request for the lease may take a second
-when the robot answers slowly. So this thread receives and asks; it wakes the loop with a byte on a socket pair.
+The loop that serves the socket must never wait for the robot, whose answer to a request for the lease may take
+a second. This thread receives and requests; it wakes the loop with a byte on a socket pair.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from bridge.recording.observer import log_notice
 
 logger = logging.getLogger(__name__)
 
-_RECEIVE: Final = 0.1
+_RECEIVE_TIMEOUT: Final = 0.1
 """s to wait for a frame before the robot's presence, notices and lease are checked again."""
-_LEASE_RETRY: Final = 1.0
+_LEASE_INTERVAL: Final = 1.0
 """s between two requests for a lease that another controller holds."""
 
 
 class Arrival(NamedTuple):
-    """A sensor frame and the time it came."""
+    """A sensor frame and its time of arrival."""
 
     frame: SensorFrame
     at: int
@@ -36,11 +36,11 @@ class Arrival(NamedTuple):
 
 
 class RobotListener:
-    """Listens to a robot until it goes away; a context manager.
+    """Listens to a robot until its token disappears; a context manager.
 
     Args:
-        link: whose `wait_robot` has found the robot.
-        lockstep: every frame counts, also one that is repeated; otherwise only the newest.
+        link: with a robot found by `wait_robot`.
+        lockstep: every frame counts, also a repeated one; otherwise only the newest.
     """
 
     def __init__(self, link: ControllerLink, *, lockstep: bool) -> None:
@@ -49,15 +49,15 @@ class RobotListener:
         self.lease_wanted = False
         """Whether the lease is to be held."""
         self.abandoned = False
-        """The robot was still stiff when the lease was no longer wanted: its guard is to bring it down."""
-        self.gone = False
-        """The robot went away."""
+        """The lease ends with a stiff robot, which its guard is to bring down."""
+        self.lost = False
+        """The robot's token has disappeared."""
         self.newest: Arrival | None = None
         """The newest frame so far."""
         self._next_request = 0.0
         self._ended = threading.Event()
         self._waker, self.wakeup = socket.socketpair()
-        """`wakeup` is readable when a frame came, the lease was granted, or the robot is gone."""
+        """`wakeup` is readable after a frame, the grant of the lease, or the loss of the robot."""
         self._waker.setblocking(False)
         self.wakeup.setblocking(False)
         self._thread = threading.Thread(target=self._run, name="lola-robot", daemon=True)
@@ -69,13 +69,13 @@ class RobotListener:
                 pass
 
     def _wake(self) -> None:
-        with contextlib.suppress(OSError):  # it is full, so the loop wakes anyway, or the loop has ended
+        with contextlib.suppress(OSError):  # full, so the loop wakes anyway; or the loop has ended
             self._waker.send(b"!")
 
     def _run(self) -> None:
         while not self._ended.is_set():
             try:
-                frame = self._receive(_RECEIVE)
+                frame = self._receive(_RECEIVE_TIMEOUT)
             except FrameError as error:
                 logger.warning("%s", error)
                 continue
@@ -83,7 +83,7 @@ class RobotListener:
                 self.newest = Arrival(frame, time.monotonic_ns())
                 self._wake()
             if not self._link.robot_alive:
-                self.gone = True
+                self.lost = True
                 self._wake()
                 return
             self._read_notices()
@@ -100,7 +100,7 @@ class RobotListener:
         for notice in self._link.notices():
             log_notice(logger, notice)
             if notice.code == "no-lease":
-                self._link.lease = 0  # it was given to another, or withdrawn
+                self._link.lease = 0  # another controller has it, or it is withdrawn
 
     def _update_lease(self) -> None:
         if not self.lease_wanted:
@@ -110,10 +110,10 @@ class RobotListener:
                 self._link.acquire()
                 self._wake()
             except LeaseRefused as error:
-                self._next_request = time.monotonic() + _LEASE_RETRY
+                self._next_request = time.monotonic() + _LEASE_INTERVAL
                 logger.warning("%s", error)
             except LinkError:
-                pass  # it does not answer; the next round asks again
+                pass  # no answer; the next round repeats the request
 
     def __enter__(self) -> RobotListener:
         self._thread.start()

@@ -1,16 +1,13 @@
 """A server of LoLA: any robot on `nao/<robot>` appears as a V6 to one client at a time.
 
-In real time a packet goes out every 12 ms (`packet_timer`), and each map of the client goes to the robot at
-once. In lockstep a packet goes out for each cycle of LoLA's in robot time, and the robot waits for the client's
-answer: the first map after it that names positions or stiffnesses.
+In real time the server sends a packet every 12 ms, and each map of the client to the robot at once. In lockstep
+it sends a packet for each cycle of LoLA's in robot time, and the robot waits for the client's answer: the first
+map after it that names positions or stiffnesses.
 
-Times of a served LoLA's packets: every 12 ms, in phase with a robot that has the same cycle.
-
-A robot behind a network has its own clock. If its cycle is LoLA's, the packets follow its frames: each goes out
-`SLACK` after its frame usually comes, by the median of the last frames, so that neither the frames' jitter is
-passed on, nor a few late ones at the start cost the client its time. A packet waits up to `GRACE` for a late
-frame. For a robot with another cycle this machine's clock alone sets the times, and a packet holds the newest
-frame.
+A robot behind a network has its own clock. If its cycle is LoLA's, each packet follows its frame: `SEND_DELAY`
+after the usual arrival, the median of the last frames, so that the client has neither the frames' jitter nor a
+lasting delay from a few late ones. A packet waits up to `LATE_FRAME_WAIT` for a late frame. For a robot with
+another cycle this machine's clock alone sets the times, and a packet holds the newest frame.
 """
 
 from __future__ import annotations
@@ -36,36 +33,36 @@ from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, LedFrame, SensorFrame
 from bridge.realtime import quiet_process
 
-_NS: Final = 1_000_000_000
-PERIOD: Final = round(CYCLE * _NS)
+_NS_PER_S: Final = 1_000_000_000
+PERIOD: Final = round(CYCLE * _NS_PER_S)
 """ns"""
-SLACK: Final = 1_000_000
+SEND_DELAY: Final = 1_000_000
 """ns from a frame's usual arrival to its packet."""
-GRACE: Final = 1_000_000
+LATE_FRAME_WAIT: Final = 1_000_000
 """ns that a packet waits for a late frame."""
-_WINDOW: Final = 31
+_ARRIVAL_WINDOW: Final = 31
 """Frames whose median arrival the packets follow."""
-_PACE: Final = 100_000
+_MAX_PHASE_STEP: Final = 100_000
 """ns by which the phase moves at most from one packet to the next."""
-_SAME_CYCLE: Final = 1e-6
+_CYCLE_TOLERANCE: Final = 1e-6
 """s"""
 logger = logging.getLogger(__name__)
 _MAX_FRAME_AGE: Final = 100_000_000
-"""ns; an older frame is not sent: the robot stands still, and its LoLA is silent."""
-_REPEAT_FOR: Final = 30_000_000
-"""ns after a client's last map in which its setpoints are repeated to a robot whose cycle is not LoLA's."""
-_LIMP: Final = 0.2
-"""A robot in which no joint is stiffer than this is down already."""
-_CHECK_STOP: Final = 0.2
-"""s between two looks at whether to end."""
-_PATIENCE: Final = 1.0
-"""s that a robot in lockstep waits for an answer before the log says so."""
+"""ns; an older frame is not sent: the robot is paused, and its LoLA is silent."""
+_REPEAT_TIME: Final = 30_000_000
+"""ns after a client's last map in which its setpoints are repeated to a robot with another cycle."""
+_LIMP_STIFFNESS: Final = 0.2
+"""Largest stiffness of any joint of a robot that is down."""
+_STOP_INTERVAL: Final = 0.2
+"""s between two checks of the stop event."""
+_WARNING_DELAY: Final = 1.0
+"""s that a robot in lockstep waits for an answer before a warning."""
 _ROUNDING: Final = 1e-6
-"""Of a cycle; robot time is a multiple of the cycle but for the last bits."""
+"""Of a cycle; robot time is a multiple of the cycle except for rounding."""
 
 
 class PacketTimer:
-    """Says when each packet is due.
+    """Times of the packets.
 
     Args:
         cycle: of the robot, s.
@@ -74,16 +71,16 @@ class PacketTimer:
 
     def __init__(self, cycle: float, clock: Callable[[], int] = time.monotonic_ns) -> None:
         self._clock = clock
-        self.follows = abs(cycle - CYCLE) < _SAME_CYCLE
+        self.follows = abs(cycle - CYCLE) < _CYCLE_TOLERANCE
         """The robot's cycle is LoLA's."""
         self._deadline = clock() + PERIOD
         self._locked = self._fresh = False
-        self._errors: deque[int] = deque(maxlen=_WINDOW)
+        self._errors: deque[int] = deque(maxlen=_ARRIVAL_WINDOW)
         """Lateness of the last frames relative to the phase, ns."""
         self.skipped = 0
-        """Packets left out because the loop was held up past their time."""
+        """Packets left out by a late loop."""
         self.repeated = 0
-        """Packets that went out with the frame of the one before."""
+        """Packets with the frame of the one before."""
 
     def frame(self, arrived: int) -> None:
         """Correct the phase by a frame.
@@ -94,26 +91,26 @@ class PacketTimer:
         self._fresh = True
         if not self.follows:
             return
-        error = arrived + SLACK - self._deadline
+        error = arrived + SEND_DELAY - self._deadline
         error -= round(error / PERIOD) * PERIOD
         self._errors.append(error)
         middle = round(statistics.median(self._errors))
-        step = max(-_PACE, min(middle, _PACE)) if self._locked else middle
+        step = max(-_MAX_PHASE_STEP, min(middle, _MAX_PHASE_STEP)) if self._locked else middle
         self._locked = True
         self._deadline += step
-        self._errors = deque((earlier - step for earlier in self._errors), maxlen=_WINDOW)
+        self._errors = deque((earlier - step for earlier in self._errors), maxlen=_ARRIVAL_WINDOW)
 
     @property
     def wait(self) -> float:
-        """Time until `due` is to be asked again, s."""
-        return max(0.0, (self._end - self._clock()) / _NS)
+        """Time until the next check of `due`, s."""
+        return max(0.0, (self._end - self._clock()) / _NS_PER_S)
 
     @property
     def _end(self) -> int:
-        return self._deadline + (GRACE if self.follows and self._locked and not self._fresh else 0)
+        return self._deadline + (LATE_FRAME_WAIT if self.follows and self._locked and not self._fresh else 0)
 
     def due(self) -> bool:
-        """Whether a packet is to go out now; True counts it as sent."""
+        """Whether to send a packet now; True counts it as sent."""
         now = self._clock()
         if now < self._end:
             return False
@@ -133,13 +130,13 @@ class Served(msgspec.Struct, kw_only=True):
     maps: int = 0
     """Received from clients."""
     dropped_bytes: int = 0
-    """Received from clients, and part of no map."""
+    """Received from clients outside maps."""
     commands: int = 0
     """Sent to the robot."""
     skipped: int = 0
-    """Packets left out because this process was held up."""
+    """Packets left out by a late process."""
     repeated: int = 0
-    """Packets that held the same frame as the one before, because no newer had come."""
+    """Packets with the frame of the one before, for want of a newer one."""
 
 
 class LolaServer:
@@ -170,7 +167,7 @@ class LolaServer:
         self._served = Served()
 
     def run(self) -> Served:
-        """Serve until stopped; robots may go and come back.
+        """Serve until stopped, also over restarts of robots.
 
         Raises:
             FrameError: the robot speaks another version of the contract.
@@ -196,8 +193,8 @@ class LolaServer:
         timer = PacketTimer(info.cycle)
         seen: Arrival | None = None
         last_map = answered = 0
-        while not self._stop.is_set() and not robot.gone:
-            maps = self._wait(robot, min(timer.wait, _CHECK_STOP))
+        while not self._stop.is_set() and not robot.lost:
+            maps = self._wait(robot, min(timer.wait, _STOP_INTERVAL))
             newest = robot.newest
             if newest is None:
                 continue
@@ -205,7 +202,7 @@ class LolaServer:
             if newest is not seen:
                 seen = newest
                 timer.frame(newest.at)
-                repeat = not timer.follows and newest.at - last_map < _REPEAT_FOR
+                repeat = not timer.follows and newest.at - last_map < _REPEAT_TIME
                 answered = newest.frame.seq if repeat else answered
             if maps:
                 last_map = time.monotonic_ns()
@@ -221,11 +218,11 @@ class LolaServer:
     def _in_lockstep(self, robot: RobotListener) -> None:
         seen: Arrival | None = None
         sent: tuple[LolaClient | None, int] = (None, -1)
-        """Client and number of the frame that went out last."""
+        """Client and number of the frame sent last."""
         sent_at = 0.0
         cycle, answered, commanded = -1, True, True
-        while not self._stop.is_set() and not robot.gone:
-            maps = self._wait(robot, _CHECK_STOP)
+        while not self._stop.is_set() and not robot.lost:
+            maps = self._wait(robot, _STOP_INTERVAL)
             newest = robot.newest
             if newest is None:
                 continue
@@ -245,18 +242,18 @@ class LolaServer:
                 answered = answered or any(key in values for values in maps for key in JOINT_KEYS)
             if answered and not commanded:
                 commanded = self._command(frame.seq)
-            if not answered and client is not None and time.monotonic() - sent_at > _PATIENCE:
+            if not answered and client is not None and time.monotonic() - sent_at > _WARNING_DELAY:
                 client.warn(
                     "waiting", "the robot is in lockstep and waits for a map with `Position` or `Stiffness`."
                 )
 
     def _wait(self, robot: RobotListener, timeout: float) -> list[Map]:
-        """Wait for the robot, the client or a new client, up to `timeout` s; the maps that the client sent."""
+        """Wait for the robot, the client or a new client, up to `timeout` s; the client's maps."""
         client = self._client
         waiting: list[LolaClient | socket.socket] = [robot.wakeup]
         if client is None or client.stalled:
             waiting.append(self._listener)
-        if client is not None and robot.newest is not None:  # its maps wait for the first frame
+        if client is not None and robot.newest is not None:  # maps wait for the first frame
             waiting.append(client)
         ready = select.select(waiting, [], [], timeout)[0]
         if robot.wakeup in ready:
@@ -286,9 +283,9 @@ class LolaServer:
             logger.info("the client is gone")
 
     def _release(self, robot: RobotListener) -> None:
-        """Forget the client's setpoints; the guard brings down a robot that they left stiff."""
+        """Forget the client's setpoints; the guard brings down a stiff robot."""
         setpoints = self._client.setpoints if self._client is not None else None
-        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP
+        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP_STIFFNESS
         robot.lease_wanted = False
         if self._client is not None:
             self._client.setpoints = None
@@ -319,7 +316,7 @@ class LolaServer:
         """Send the client's setpoints to the robot; False while the lease is not held.
 
         Args:
-            answered: number of the frame that they answer.
+            answered: number of the answered frame.
         """
         setpoints = self._client.setpoints if self._client is not None else None
         self._unsent = setpoints is not None and not self._link.lease

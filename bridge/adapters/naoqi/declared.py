@@ -1,8 +1,8 @@
-"""Declared methods: one decorator gives binding, argument checks, error sentences, help and documentation.
+"""Declared methods: binding, argument checks, error sentences, help and documentation by one decorator.
 
 `@offers("ALMotion.setAngles", kind="joints")` offers a method of a class under its NAOqi name; its parameters'
-annotations are the checks. A name that begins with a dot belongs to the service that `self.service` names.
-Methods of the vendor that are not offered are in `refused.toml`.
+annotations are the checks. A name that begins with a dot belongs to the service `self.service`. The vendor's
+methods that are not offered are in `refused.toml`.
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 Kind = Literal["read", "joints", "posture", "walk"]
-"""`read` needs nothing; `joints` commands them, and is refused during a walk; `posture` ends a walk for it;
-`walk` is for the walker."""
+"""`read` needs nothing; `joints` commands them, and is refused during a walk; `posture` ends a walk; `walk` is
+for the walker."""
 Check = Callable[[Any, str], Any]
 """`(value, name of the argument) -> the checked value`; raises `NaoqiRefused`."""
 
 MAX_DURATION: Final = 3600.0
 """s that one interpolation may take."""
 MIN_SPEED_FRACTION: Final = 1e-4
-"""Fraction of the maximum speed at which a joint's whole range takes about an hour."""
+"""Fraction of the maximum speed: a joint's whole range takes about an hour."""
 ROBOT_HOME: Final = Path("/home/nao")
 HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
-"""The robot's home on a machine without one of that name."""
-KEPT: Final = "remembered and read back, without effect"
+"""The robot's home on a machine without `/home/nao`."""
+INERT: Final = "remembered and read back, without effect"
 """Omissions of a setting."""
 
 
@@ -64,9 +64,9 @@ class Range(NamedTuple):
     upper: float = math.inf
     unit: str = ""
 
-    def __call__(self, value: Any, what: str) -> float:
+    def __call__(self, value: Any, label: str) -> float:
         """Check a number."""
-        number(value, what, self.lower, self.upper)
+        number(value, label, self.lower, self.upper)
         return value  # type: ignore[no-any-return]
 
     def __str__(self) -> str:
@@ -81,10 +81,10 @@ class OneOf:
     noun: str
     known: Collection[str] = field(repr=False)
 
-    def __call__(self, value: Any, what: str) -> str:
+    def __call__(self, value: Any, label: str) -> str:
         """Check a name."""
-        if text(value, what) not in self.known:
-            raise NaoqiRefused(f"{what.partition(':')[0]}: {unknown_name(self.noun, value, self.known)}.")
+        if text(value, label) not in self.known:
+            raise NaoqiRefused(f"{label.partition(':')[0]}: {unknown_name(self.noun, value, self.known)}.")
         return str(value)
 
     def __str__(self) -> str:
@@ -101,11 +101,11 @@ class Vector:
     upper: float = math.inf
     unit: str = ""
 
-    def __call__(self, value: Any, what: str) -> list[float]:
+    def __call__(self, value: Any, label: str) -> list[float]:
         """Check a list."""
         if not isinstance(value, list) or len(value) != len(self.names.split(",")):
-            raise NaoqiRefused(f"{what} is {value!r:.60}; {self} is expected.")
-        return [number(one, f"{what}[{i}]", self.lower, self.upper) for i, one in enumerate(value)]
+            raise NaoqiRefused(f"{label} is {value!r:.60}; {self} is expected.")
+        return [number(one, f"{label}[{i}]", self.lower, self.upper) for i, one in enumerate(value)]
 
     def __str__(self) -> str:
         return f"[{self.names}]{f' in {self.unit}' if self.unit else ''}"
@@ -121,10 +121,10 @@ class Choice:
     def __init__(self, *values: int) -> None:
         self._values = values
 
-    def __call__(self, value: Any, what: str) -> int:
+    def __call__(self, value: Any, label: str) -> int:
         """Check a number."""
         if isinstance(value, bool) or value not in self._values:
-            raise NaoqiRefused(f"{what} is {value!r:.40}; {self} is expected.")
+            raise NaoqiRefused(f"{label} is {value!r:.40}; {self} is expected.")
         return int(value)
 
     def __str__(self) -> str:
@@ -132,7 +132,7 @@ class Choice:
 
 
 class Own(NamedTuple):
-    """A check by a method of the service's object, `(value) -> value`, or of one of its parts."""
+    """A check by a method `(value) -> value` of the service's object, or of one of its parts."""
 
     path: str
 
@@ -160,7 +160,7 @@ def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool
 
     Args:
         names: service and method; `.method` belongs to the object's own `service`.
-        kind: which robot it needs.
+        kind: its need of the robot.
         partly: omissions and assumptions; empty: none.
         begins_walk: the conditions of a walk apply.
     """
@@ -187,16 +187,16 @@ class Answers:
 
 
 class Setting:
-    """A value that programs set and read: an attribute of its class.
+    """A value that programs set and read, a descriptor of its class.
 
     Args:
         name: of the methods, for example `ALTextToSpeech.Volume` for `setVolume` and `getVolume`.
-        default: before it is set.
+        default: initial value.
         kind: its type with its range, as an annotation.
         partly: of the setter.
         reader: `get`, or `is`.
         returns: result of the setter.
-        of_part: a part's name comes first; each part has its own value.
+        of_part: a part's name is the first argument; each part has its own value.
         also: further names of the setter.
     """
 
@@ -231,9 +231,9 @@ class Setting:
         service = self.service or owner.service
 
         def put(*arguments: Any) -> Any:
-            """Keep the last argument; the ones before it name the part."""
+            """Store the last argument; the ones before it name the part."""
             if (
-                self.partly == KEPT
+                self.partly == INERT
                 and arguments[-1] not in (False, None)
                 and self.attribute not in owner.__dict__
             ):
@@ -273,7 +273,7 @@ class Method:
 
     @cached_property
     def signature(self) -> inspect.Signature:
-        """Its parameters; read when they are first needed."""
+        """Its parameters."""
         if self.hints is None:
             return inspect.signature(self.call)
         kind = inspect.Parameter.POSITIONAL_ONLY
@@ -311,7 +311,7 @@ class Method:
 
     @property
     def help(self) -> list[Any]:
-        """`[name, [[parameter, what it takes], ...], ...]`, as `getMethodHelp`."""
+        """`[name, [[parameter, description], ...], ...]`, as `getMethodHelp`."""
         first = (inspect.getdoc(self.call) or "").partition("\n")[0]
         return [self.name, [[as_vendor(name), describe(kind)] for name, kind in self.types.items()], first, ""]
 
@@ -320,7 +320,7 @@ _VARIABLE: Final = inspect.Parameter.VAR_POSITIONAL
 
 
 def declared(*owners: object) -> dict[str, dict[str, Method]]:
-    """Service -> method, of all that the classes of some objects declare."""
+    """Methods declared by the classes of some objects: service -> name -> method."""
     table: dict[str, dict[str, Method]] = {}
     for owner in owners:
         for method in _methods(owner):
@@ -343,12 +343,12 @@ def _methods(owner: Any) -> Iterator[Method]:
                     service, _, method = name.rpartition(".")
                     bound = getattr(owner, attribute)
                     partly = offer.partly or getattr(owner, "left_out", {}).get(method, "")
-                    what = (service or owner.service, method, bound, offer.kind, partly)
-                    yield Method(*what, offer.begins_walk)
+                    declaration = (service or owner.service, method, bound, offer.kind, partly)
+                    yield Method(*declaration, offer.begins_walk)
 
 
 def as_vendor(words: str) -> str:
-    """Names of arguments as the vendor writes them: `useSensors` for `use_sensors`."""
+    """Names of arguments in the vendor's style: `useSensors` for `use_sensors`."""
     return re.sub(r"(?<=[a-z])_([a-z])", lambda letter: letter[1].upper(), words)
 
 
@@ -369,30 +369,30 @@ def _check(kind: Any, owner: object) -> Check:
     origin, args = get_origin(kind), get_args(kind)
     if origin is Annotated:
         steps = [step.of(owner) if isinstance(step, Own) else step for step in args[1:]]
-        if all(
-            isinstance(step, Range | OneOf) for step in args[1:]
-        ):  # they refine the result of the type's own check
+        if all(isinstance(step, Range | OneOf) for step in args[1:]):  # refinements of the type's own check
             steps.insert(0, _check(args[0], owner))
 
-        def all_steps(value: Any, what: str) -> Any:
+        def all_steps(value: Any, label: str) -> Any:
             for step in steps:
-                value = step(value, what)
+                value = step(value, label)
             return value
 
         return all_steps
     if origin in (Union, types.UnionType) and type(None) in args:
         inner = _check(next(arg for arg in args if arg is not type(None)), owner)
-        return lambda value, what: None if value is None else inner(value, what)
+        return lambda value, label: None if value is None else inner(value, label)
     if origin is list:
         item = _check(args[0], owner)
 
-        def of_list(value: Any, what: str) -> list[Any]:
+        def of_list(value: Any, label: str) -> list[Any]:
             if not isinstance(value, list):
-                raise NaoqiRefused(f"{what} is {value!r:.60}; a list{_OF.get(args[0], '')} is expected.")
-            return [item(one, f"{what}[{i}]") for i, one in enumerate(value)]
+                raise NaoqiRefused(f"{label} is {value!r:.60}; a list{_OF.get(args[0], '')} is expected.")
+            return [item(one, f"{label}[{i}]") for i, one in enumerate(value)]
 
         return of_list
-    simple: dict[Any, Check] = {float: number, int: _whole, bool: flag, str: text}
+    if kind is int:
+        return lambda value, label: round(number(value, label))
+    simple: dict[Any, Check] = {float: number, bool: flag, str: text}
     return simple.get(kind, lambda value, _: value)
 
 
@@ -404,7 +404,7 @@ class Refused(msgspec.Struct, frozen=True):
 
     methods: list[str] = []
     no: dict[str, str] = {}
-    """Method -> why; `*`: all others."""
+    """Method -> reason; `*`: all others."""
 
 
 REFUSED: Final = convert(read_toml(Path(__file__).with_name("refused.toml")), dict[str, Refused])
@@ -412,11 +412,11 @@ REFUSED: Final = convert(read_toml(Path(__file__).with_name("refused.toml")), di
 
 
 def refusals(service: str, offered: Collection[str]) -> dict[str, Method]:
-    """Methods that the vendor's service has and this one refuses.
+    """The vendor's methods of a service that this one refuses.
 
     Args:
         service: name of the service.
-        offered: methods that it offers.
+        offered: its offered methods.
     """
     entry = REFUSED.get(service, Refused())
     default = f"{service} offers {', '.join(sorted(offered)) or 'nothing'}"
@@ -432,127 +432,123 @@ def _refusal(service: str, method: str, reason: str) -> Method:
     return Method(service, method, refuse, refuses=True)
 
 
-def _whole(value: Any, what: str) -> int:
-    return round(number(value, what))
-
-
-def number(value: Any, what: str, lower: float = -math.inf, upper: float = math.inf) -> float:
+def number(value: Any, label: str, lower: float = -math.inf, upper: float = math.inf) -> float:
     """A finite number within a range.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise NaoqiRefused(f"{what} is {value!r:.60}; a finite number is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.60}; a finite number is expected.")
     if not lower <= value <= upper:
-        raise NaoqiRefused(f"{what} is {value:g}; a number from {lower:g} to {upper:g} is expected.")
+        raise NaoqiRefused(f"{label} is {value:g}; a number from {lower:g} to {upper:g} is expected.")
     return float(value)
 
 
-def fraction(value: Any, what: str) -> float:
+def fraction(value: Any, label: str) -> float:
     """A fraction of the maximum speed, above 0 and up to 1.
 
     Raises:
         NaoqiRefused: anything else, or less than `MIN_SPEED_FRACTION`.
     """
-    speed = number(value, what, 0.0, 1.0)
+    speed = number(value, label, 0.0, 1.0)
     if speed < MIN_SPEED_FRACTION:
         raise NaoqiRefused(
-            f"{what} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "
+            f"{label} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "
             "and up to 1 is expected."
         )
     return speed
 
 
-def flag(value: Any, what: str) -> bool:
+def flag(value: Any, label: str) -> bool:
     """True or False, also as 1 or 0.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if value not in (True, False):
-        raise NaoqiRefused(f"{what} is {value!r:.60}; True or False is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.60}; True or False is expected.")
     return bool(value)
 
 
-def text(value: Any, what: str) -> str:
+def text(value: Any, label: str) -> str:
     """A name.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, str):
-        raise NaoqiRefused(f"{what} is {value!r:.60}; a name is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.60}; a name is expected.")
     return value
 
 
-def robot_file(value: Any, what: str) -> Path:
-    """A path of the robot's: its home is `HOME` where this machine has no such folder."""
-    file = Path(text(value, what))
+def robot_file(value: Any, label: str) -> Path:
+    """A path of the robot; its home is `HOME` on a machine without such a folder."""
+    file = Path(text(value, label))
     inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
     return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file
 
 
-def new_file(value: Any, what: str) -> Path:
-    """The absolute path of a file that may be written: its folder is there.
+def new_file(value: Any, label: str) -> Path:
+    """The absolute path of a file to write in an existing folder.
 
     Raises:
         NaoqiRefused: anything else.
     """
-    file = robot_file(value, what)
+    file = robot_file(value, label)
     if file.is_relative_to(HOME):
         file.parent.mkdir(parents=True, exist_ok=True)
     if "\0" in str(file) or not file.is_absolute() or not os.path.isdir(file.parent):
-        raise NaoqiRefused(f"{what} is {value!r:.80}; an absolute path in a folder that is there is expected.")
+        raise NaoqiRefused(f"{label} is {value!r:.80}; an absolute path in a folder that is there is expected.")
     return file
 
 
-def pairs(value: Any, what: str) -> list[list[Any]]:
+def pairs(value: Any, label: str) -> list[list[Any]]:
     """A list of names, each with its value.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, list) or not all(isinstance(row, list) and len(row) == 2 for row in value):
-        raise NaoqiRefused(f"{what}: {value!r:.60} was given; [[name, value], ...] is expected.")
+        raise NaoqiRefused(f"{label}: {value!r:.60} was given; [[name, value], ...] is expected.")
     return value
 
 
-def one_each(value: Any, count: int, what: str) -> list[float]:
+def one_each(value: Any, count: int, label: str) -> list[float]:
     """A number for each joint: one for all, or a list of as many.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, list):
-        return [number(value, what)] * count
+        return [number(value, label)] * count
     if len(value) != count:
-        raise NaoqiRefused(f"{what} has {len(value)} entries for {count} joints; one for each is expected.")
-    return [number(entry, f"{what}[{i}]") for i, entry in enumerate(value)]
+        raise NaoqiRefused(f"{label} has {len(value)} entries for {count} joints; one for each is expected.")
+    return [number(entry, f"{label}[{i}]") for i, entry in enumerate(value)]
 
 
-def lists_each(value: Any, count: int, what: str) -> list[list[float]]:
+def lists_each(value: Any, count: int, label: str) -> list[list[float]]:
     """A list of numbers for each joint, out of one number, one list, or a list of numbers or lists.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if not isinstance(value, list):
-        return [[number(value, what)] for _ in range(count)]
+        return [[number(value, label)] for _ in range(count)]
     if count == 1 and not any(isinstance(entry, list) for entry in value):
-        return [[number(entry, f"{what}[{i}]") for i, entry in enumerate(value)]]
+        return [[number(entry, f"{label}[{i}]") for i, entry in enumerate(value)]]
     if len(value) != count:
-        raise NaoqiRefused(f"{what} has {len(value)} entries for {count} joints; one for each is expected.")
+        raise NaoqiRefused(f"{label} has {len(value)} entries for {count} joints; one for each is expected.")
     return [
-        [number(item, f"{what}[{i}][{j}]") for j, item in enumerate(entry)]
+        [number(item, f"{label}[{i}][{j}]") for j, item in enumerate(entry)]
         if isinstance(entry, list)
-        else [number(entry, f"{what}[{i}]")]
+        else [number(entry, f"{label}[{i}]")]
         for i, entry in enumerate(value)
     ]
 
 
 def require_times(times: Sequence[Sequence[float]], values: Sequence[Sequence[float]], method: str) -> None:
-    """Times of each joint as many as its values, above 0 and increasing.
+    """Check that each joint has as many times as values, above 0 and increasing.
 
     Raises:
         NaoqiRefused: names the joint's place in the list.

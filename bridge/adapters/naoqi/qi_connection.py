@@ -1,7 +1,7 @@
 """One connection of the qi messaging protocol: messages with a header of 28 bytes, in both directions.
 
 Header: magic, number, size of the payload, version, kind, flags; then the address: service, object, action. The
-first call authenticates (service 0, action 8) and exchanges capabilities; an old client leaves it out.
+first call authenticates (service 0, action 8) and exchanges capabilities; old clients leave it out.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ MAX_LINKS: Final = 10_000
 CALL, REPLY, ERROR, POST, EVENT, CAPABILITY, CANCEL, CANCELED = range(1, 9)
 AUTHENTICATE: Final = 8
 DYNAMIC_PAYLOAD: Final = 1
-"""Flag: the payload is a dynamic value, whatever the signature says."""
+"""Flag: the payload is a dynamic value for any signature."""
 MAIN: Final = 1
-"""Number of the object that a service itself is."""
+"""Number of a service's own object."""
 CAPABILITIES: Final = {"ClientServerSocket": True, "MessageFlags": False, "MetaObjectCache": False}
-"""Calls may come back over a client's own connection; payloads have the signatures of the methods."""
+"""A client's own connection may carry calls to it; payloads have the signatures of the methods."""
 _AUTHENTICATED: Final = 3
 
 
@@ -70,7 +70,7 @@ class Listener(Protocol):
         """A call or a post; may raise `QiError`."""
 
     def disconnected(self, connection: Connection) -> None:
-        """The client is gone."""
+        """Forget a client after the loss of its connection."""
 
 
 class Connection(asyncio.Protocol):
@@ -90,9 +90,9 @@ class Connection(asyncio.Protocol):
         self.endpoint = ""
         """Address of this machine that the client uses."""
         self.takes_calls = False
-        """Whether the client's own services can be called over this connection."""
+        """Whether the client accepts calls over this connection."""
         self._links: dict[int, tuple[int, int, int]] = {}
-        """Number of the client's link -> the event that it asked for: service, object, action."""
+        """Number of the client's link -> its event: service, object, action."""
         self._linked: Counter[tuple[int, int, int]] = Counter()
 
     def connection_made(self, transport: Any) -> None:
@@ -162,7 +162,7 @@ class Connection(asyncio.Protocol):
             waiting.set_exception(QiError("the client refused a call"))
 
     def reply(self, call: Message, payload: bytes) -> None:
-        """Answer a call; nothing is sent for a post."""
+        """Answer a call; a post gets no answer."""
         if call.kind == CALL:
             self._send(REPLY, call.number, call.service, call.object, call.action, payload)
 
@@ -173,10 +173,10 @@ class Connection(asyncio.Protocol):
             self._send(ERROR, call.number, call.service, call.object, call.action, payload)
 
     def link(self, number: int, address: tuple[int, int, int]) -> None:
-        """Send an event from now on.
+        """Link an event, which is sent from now on.
 
         Args:
-            number: by which the client ends it.
+            number: of the client's link.
             address: service, object and action of the event.
 
         Raises:
@@ -199,12 +199,12 @@ class Connection(asyncio.Protocol):
         self._transport.abort()
 
     def event(self, address: tuple[int, int, int], payload: bytes) -> None:
-        """Send an event as often as the client asked for it."""
+        """Send an event once for each of the client's links to it."""
         for _ in range(self._linked[address]):
             self._send(EVENT, next(self._numbers), *address, payload)
 
     def call(self, service: int, action: int, payload: bytes) -> asyncio.Future[bytes]:
-        """Call a method of a service that the client registered; the payload of its reply."""
+        """Call a method of a client's service; the payload of its reply."""
         number = next(self._numbers)
         waiting: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
         self._waiting[number] = waiting

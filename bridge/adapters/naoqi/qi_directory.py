@@ -56,7 +56,7 @@ def meta_object(methods: Methods, signals: Signals) -> bytes:
 
 @dataclass
 class Service:
-    """A service of the robot; or one that a program registered over `connection`."""
+    """A service of the robot, or of a program at `connection`."""
 
     number: int
     name: str
@@ -66,12 +66,11 @@ class Service:
     info: list[Any] = field(default_factory=list)
     ready: bool = True
     actions: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
-    """Method -> action and signature of the parameters of each of its forms; of a program's service once asked
-    for."""
+    """Method -> action and signature of the parameters of each form; of a program's service after a query."""
 
 
 class Directory:
-    """All services; it is itself the first one.
+    """All services, of which it is the first one.
 
     Args:
         connections: of all clients.
@@ -125,15 +124,15 @@ class Directory:
         Args:
             connection: of the client that calls.
             method: its name.
-            arguments: as its signature says.
+            arguments: by its signature.
 
         Raises:
-            QiError: there is no such service, or no service may have the name.
+            QiError: no such service, or a taken name.
         """
         return self._calls[method](connection, *arguments)
 
     def _info(self, connection: Connection, service: Service) -> list[Any]:
-        """The entry of a service; the robot's are where the client reached the directory."""
+        """The entry of a service; the robot's have the client's own address of the directory."""
         number, endpoints = service.number, [connection.endpoint]
         return service.info or [service.name, number, machine_id(), os.getpid(), endpoints, "0", ""]
 
@@ -177,7 +176,7 @@ class Directory:
             self._send_event(_REMOVED, service)
 
     def forget(self, connection: Connection) -> None:
-        """Remove the services of a client that is gone."""
+        """Remove the services of a disconnected client."""
         for service in [s for s in self.services.values() if s.connection is connection]:
             self._remove(service)
 
@@ -187,10 +186,10 @@ class Directory:
             connection.event((DIRECTORY, 1, action), payload)
 
     async def module(self, name: str) -> Service:
-        """A service that can be called back, with its methods: a program's or the robot's own.
+        """A service that takes calls, with its methods: a program's or the robot's own.
 
         Raises:
-            QiError: there is none of this name that can be called.
+            QiError: no such service that takes calls.
         """
         service = self.names.get(name)
         if service is not None and service.connection is None:
@@ -210,7 +209,7 @@ class Directory:
         """Call a method of a program's service, without waiting for it.
 
         Raises:
-            QiError: there is none that takes these arguments.
+            QiError: no method takes these arguments.
         """
         service = await self.module(name)
         assert service.connection is not None
@@ -229,7 +228,7 @@ class Directory:
 
 
 def _forget(answer: asyncio.Future[Any]) -> None:
-    """Take notice of an error that only the program itself reports."""
+    """Ignore an error, which the program itself reports."""
     if not answer.cancelled():
         answer.exception()
 
@@ -243,7 +242,7 @@ def _arguments(signature: str, arguments: list[Any]) -> bytes:
 
 
 def machine_id() -> str:
-    """This machine's number as libqi keeps it: a client on the same machine connects by loopback."""
+    """This machine's number in libqi: a client on the same machine connects by loopback."""
     kept = Path.home() / ".config" / "qimessaging" / "machine_id"
     try:
         return kept.read_text().strip()

@@ -1,4 +1,4 @@
-"""Where qi is installed, and where a qi service listens."""
+"""The package qi, and addresses of its services."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def check_url(url: str) -> tuple[str, int]:
 
 
 def require_free(url: str) -> None:
-    """Check that the address is free: qi itself would abort the whole process.
+    """Check that the address is free; qi itself would abort the process.
 
     Raises:
         ConfigurationError: not an address.
@@ -43,20 +43,20 @@ def require_free(url: str) -> None:
             probe.listen(1)
     except OSError as error:
         raise LinkError(
-            f"Cannot listen on {url}: {(error.strerror or str(error)).lower()}; stop what is there, or take "
+            f"Cannot listen on {url}: {(error.strerror or str(error)).lower()}; stop its listener, or take "
             "another port with --listen."
         ) from None
 
 
 NEWEST_PYTHON: Final = (3, 12)
-"""For which there is a package of qi."""
+"""With a package of qi."""
 
 
 def require_qi() -> None:
-    """See that qi is there.
+    """Check that qi is installed.
 
     Raises:
-        LinkError: it is not; says where there is a package of it.
+        LinkError: it is not; names the remedy.
     """
     if importlib.util.find_spec("qi") is not None:
         return
@@ -73,9 +73,9 @@ def require_qi() -> None:
 
 
 def load_qi() -> Any:
-    """The module `qi`, without its warning that the program makes no application.
+    """The module `qi`, without its warning of a missing application.
 
-    The warning would go to the standard output, among the results of a command.
+    The warning would be on the standard output, among the results of a command.
 
     Raises:
         ImportError: it is not installed.

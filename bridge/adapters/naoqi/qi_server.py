@@ -1,7 +1,7 @@
 """A server of the qi messaging protocol: calls of the robot's services, and events of its memory.
 
-It has no logic of the robot's: each call is handed on, in the server's own thread. Facts of the protocol: the
-sources of libqi, and messages of libqi 3.1.5.
+It passes each call on in its own thread, without logic of the robot's. Sources of the protocol: libqi's code,
+and messages of libqi 3.1.5.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ _SIGNAL: Final = 100
 """Action of a subscriber's signal."""
 _SUBSCRIBER: Final = meta_object({}, {_SIGNAL: ("signal", "(m)")})
 MAX_SUBSCRIBERS: Final = 10_000
-_START: Final = 10.0
-"""s that the server's thread may take to listen or to end"""
+_START_TIMEOUT: Final = 10.0
+"""s that the server's thread may take to begin or to end"""
 
 
 class QiServer:
@@ -100,7 +100,7 @@ class QiServer:
     Args:
         url: `tcp://HOST:PORT`.
         services: service -> methods.
-        call: carries out a call (service, method, arguments): its result, or a future of it.
+        call: (service, method, arguments) -> result, or a future of it.
 
     Raises:
         LinkError: it cannot listen there.
@@ -111,7 +111,7 @@ class QiServer:
     ) -> None:
         self._call = call
         self.calls = 0
-        """Of the robot's services, so far."""
+        """Calls of the robot's services so far."""
         self._connections: set[Connection] = set()
         self._directory = Directory(self._connections)
         for name, methods in services.items():
@@ -128,7 +128,7 @@ class QiServer:
         started: Future[None] = Future()
         self._thread = threading.Thread(target=self._run, args=(url, started), name="qi", daemon=True)
         self._thread.start()
-        started.result(_START)
+        started.result(_START_TIMEOUT)
 
     def _run(self, url: str, started: Future[None]) -> None:
         asyncio.set_event_loop(self._loop)
@@ -138,7 +138,7 @@ class QiServer:
             self._loop.close()
             reason = (error.strerror or str(error)).lower()
             started.set_exception(
-                LinkError(f"Cannot listen on {url}: {reason}; stop what is there, or take another --listen.")
+                LinkError(f"Cannot listen on {url}: {reason}; stop its listener, or take another --listen.")
             )
             return
         self._spawn(self._call_modules())
@@ -168,15 +168,15 @@ class QiServer:
     def close(self) -> None:
         """End the server and its connections."""
         self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(_START)
+        self._thread.join(_START_TIMEOUT)
 
     def publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
-        """Tell the subscribers of an event of ALMemory; any thread may.
+        """Send an event of ALMemory to its subscribers; any thread may call this.
 
         Args:
             event: its name.
             value: its value.
-            callbacks: as of `events.Publish`.
+            callbacks: as for `memory.Publish`.
         """
         if event in self._subscribers or callbacks:
             self._soon(self._publish, event, value, callbacks)
@@ -201,7 +201,7 @@ class QiServer:
         self._send_event(LOG_MANAGER, number, action, payload)
 
     async def _call_modules(self) -> None:
-        """Call the modules that subscribed to events, in the events' order; one that is gone is left out."""
+        """Call the modules with subscriptions, in the events' order; lost modules are left out."""
         while True:
             event, value, callbacks = await self._modules.get()
             for name, method, message in callbacks:
@@ -224,7 +224,7 @@ class QiServer:
         """Carry out a call of a client.
 
         Raises:
-            QiError: there is no such service or method, or the arguments do not fit.
+            QiError: no such service or method, or the arguments do not fit.
         """
         service = self._directory.services.get(message.service)
         if service is None or service.connection is not None:
@@ -266,7 +266,7 @@ class QiServer:
         return b""
 
     def _subscriber(self, memory: Service, event: Any) -> ObjectReference:
-        """The object whose `signal` tells of an event; the same for all who ask."""
+        """The object with the `signal` of an event, one for all clients."""
         if event not in self._subscribers and len(self._subscribers) >= MAX_SUBSCRIBERS:
             raise QiError(f"{MAX_SUBSCRIBERS} events have subscribers already")
         number = self._subscribers.setdefault(event, MAIN + 1 + len(self._subscribers))
@@ -275,7 +275,7 @@ class QiServer:
     async def _subscribe(
         self, connection: Connection, message: Message, method: str, arguments: list[Any]
     ) -> None:
-        """A call of `(event, module, [message,] method)`, once the module is known to have the method."""
+        """Subscribe by `(event, module, [message,] method)`, after a check of the module's method."""
         try:
             names = arguments[1:2] + arguments[-1:]
             if len(arguments) in (3, 4) and all(isinstance(name, str) for name in names):
@@ -318,7 +318,7 @@ def _answer(connection: Connection, message: Message, result: Any) -> None:
 
 
 def _fail(connection: Connection, message: Message, error: BaseException) -> None:
-    """Send the sentence of an error that a user can cause; any other is a fault, and is logged."""
+    """Send the sentence of an error that a user can cause; any other is logged as a fault."""
     if isinstance(error, NaoHilError):
         connection.fail(message, str(error))
     else:

@@ -25,7 +25,7 @@ _MAX_DEPTH: Final = 64
 _MAX_SIGNATURE: Final = 1024
 """letters of a signature in a payload"""
 _FLOAT_RANGE: Final = 1e7
-"""Larger magnitudes, for example times of day, are sent in 64 bits: 32 have 24 for the mantissa."""
+"""Larger magnitudes, for example times of day, have 64 bits: 32 have a mantissa of 24."""
 _COUNT: Final = struct.Struct("<I")
 _FLOAT, _DOUBLE = struct.Struct("<I1sf"), struct.Struct("<I1sd")
 _INT, _LONG, _UNSIGNED = (struct.Struct(f"<I1s{code}") for code in "iqQ")
@@ -49,11 +49,11 @@ class ObjectReference:
 
 
 def decode(signature: str, payload: bytes | memoryview) -> Any:
-    """The value that fills a payload.
+    """The value of a payload.
 
     Args:
         signature: of its type.
-        payload: nothing follows the value in it.
+        payload: the value alone.
 
     Raises:
         QiError: it is no such value.
@@ -72,7 +72,7 @@ def encode(signature: str, value: Any) -> bytes:
     """A value in bytes.
 
     Args:
-        signature: of the type to send it as.
+        signature: of its type in the payload.
         value: numbers, text, bytes, None, lists, tuples and dictionaries of them; `ObjectReference`.
 
     Raises:
@@ -92,7 +92,7 @@ def encode(signature: str, value: Any) -> bytes:
 def _codec(signature: str) -> tuple[Decoder, Encoder]:
     codec, rest = _parse(signature, 0)
     if rest:
-        raise QiError(f"the signature {signature!r:.60} goes on after its type")
+        raise QiError(f"the signature {signature!r:.60} continues after its type")
     return codec
 
 
@@ -174,7 +174,7 @@ def _decode_raw(view: memoryview, at: int, _: int) -> tuple[bytes, int]:
 
 
 def _decode_text(view: memoryview, at: int, depth: int) -> tuple[str | bytes, int]:
-    """A text; bytes where it is not in UTF-8, as libqi's package for Python does."""
+    """A text; bytes if it is not in UTF-8, as by libqi's package for Python."""
     raw, end = _decode_raw(view, at, depth)
     try:
         return raw.decode(), end
@@ -264,7 +264,7 @@ def _decode_dynamic(view: memoryview, at: int, depth: int) -> tuple[Any, int]:
 
 
 def encode_dynamic(out: bytearray, value: Any) -> None:
-    """Append a value with the signature that a robot's ALValue gives it: its floats have 32 bits.
+    """Append a value with its signature in a robot's ALValue: floats have 32 bits.
 
     Raises:
         TypeError: it has no such signature.
@@ -303,7 +303,7 @@ def encode_dynamic(out: bytearray, value: Any) -> None:
     elif isinstance(value, ObjectReference):
         out += _OBJECT
         _encode_object(out, value)
-    elif hasattr(value, "item"):  # a number of numpy's
+    elif hasattr(value, "item"):  # a number of numpy
         encode_dynamic(out, value.item())
     else:
         raise TypeError(f"{kind.__name__} is sent by no program")

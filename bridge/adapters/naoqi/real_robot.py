@@ -37,11 +37,11 @@ from bridge.messages.dcm import PREFIX
 
 
 class FrameReader:
-    """Makes sensor frames from a NAOqi robot's memory.
+    """Reads sensor frames from a NAOqi robot's memory.
 
     Args:
         body: Data sheet of the robot.
-        old_gyroscope: The robot names its gyroscope as NAOqi 1.14 did.
+        old_gyroscope: The robot has NAOqi 1.14's names of the gyroscope.
     """
 
     def __init__(self, body: Body, old_gyroscope: bool = False) -> None:
@@ -72,7 +72,7 @@ class FrameReader:
         """Fields of a `SensorFrame` from the values of `keys`, in order; a sensor that the robot lacks reads 0.
 
         Raises:
-            LinkError: the robot has no angle for one of the joints; names it.
+            LinkError: names the joint without an angle.
         """
         for joint, value in zip(self._joints, values[1:], strict=False):
             if not isinstance(value, int | float):
@@ -111,11 +111,11 @@ class FrameReader:
 
 TIMEOUT: Final = 2.0
 """s that connecting or a call may take."""
-_LOOK: Final = 0.0003
-"""s between two looks at the robot's clock when a read came too early."""
-_CREEP: Final = 2e-5
-"""s by which each read comes earlier in the robot's cycle, until one is too early: so reads stay behind the
-end of the robot's cycle, however the clocks drift apart."""
+_CLOCK_INTERVAL: Final = 0.0003
+"""s between two readings of the robot's clock after an early one."""
+_READ_ADVANCE: Final = 2e-5
+"""s by which each reading is earlier in the robot's cycle than the last, until one is too early: readings thus
+follow the end of the robot's cycle in spite of the clocks' drift."""
 _POSITIONS: Final = "NaoHilPositions"
 _STIFFNESSES: Final = "NaoHilStiffnesses"
 BODIES: Final = {
@@ -131,12 +131,12 @@ BODIES: Final = {
 
 
 class Reading(NamedTuple):
-    """One look at the robot's memory."""
+    """One reading of the robot's memory."""
 
     moment: int
     """The DCM's clock, ms."""
     cycles: int
-    """Cycles of the robot since the last reading; 1 unless some were left out."""
+    """Cycles of the robot since the last reading; 1 unless some are left out."""
     fields: Mapping[str, Any]
     """Of a `SensorFrame`."""
 
@@ -145,11 +145,11 @@ class _Sent(NamedTuple):
     """A command on its way."""
 
     reply_to: int
-    """Frame that it answers; -1: stiffnesses, which go before the positions of the same frame."""
+    """Frame that it answers; -1: stiffnesses, which precede the positions of the same frame."""
     due: int
-    """Time that it carries, the DCM's clock, ms."""
+    """Time of the command, the DCM's clock, ms."""
     asked: float
-    """When the robot was read for it, this machine's clock, s."""
+    """Time of the answered reading, this machine's clock, s."""
     done: Any
     """Future of the call."""
 
@@ -185,16 +185,15 @@ class NaoqiDevice:
         self._cycle = 1000.0 * self.body.cycle
         self._moment: int | None = None
         self._due: float | None = None
-        """When the next cycle's values will be there, by this machine's clock."""
+        """Time of the next cycle's values, this machine's clock, s."""
         self._asked = 0.0
         self._stiffness: tuple[float, ...] | None = None
         self._pending: deque[_Sent] = deque()
         self._arrived: deque[_Sent] = deque()
         self.late = 0
-        """Commands that were not at the robot by the cycle of their time."""
+        """Commands that missed the cycle of their time."""
         self.in_force = -1
-        """Frame whose answer was in force in the cycle before the last reading: it had arrived, and its time
-        had come; -1: none yet."""
+        """Frame whose answer was in force in the cycle before the last reading; -1: none yet."""
 
     def _service(self, name: str) -> Any:
         try:
@@ -210,10 +209,10 @@ class NaoqiDevice:
         hands = self._value(f"{PREFIX}LHand/Position/Sensor/Value") is not None
         name = BODIES.get((str(version), hands))
         if name is None:
-            what = "with" if hands else "without"
+            suffix = "with" if hands else "without"
             raise ConfigurationError(
-                f"The robot at {self._url} says it is a {version} {what} hands, of which there is no data "
-                "sheet; name the nearest with --robot."
+                f"The robot at {self._url} reports a {version} {suffix} hands, which has no data sheet; "
+                "name the nearest with --robot."
             )
         return name
 
@@ -231,10 +230,10 @@ class NaoqiDevice:
                 )
 
     def read(self) -> Reading:
-        """The robot's next cycle, waiting for it.
+        """Wait for the robot's next cycle and read it.
 
         Raises:
-            LinkError: the connection has ended, or the robot's clock stands still or went back.
+            LinkError: the connection has ended, or the robot's clock does not advance or was reset.
         """
         if self._due is not None:
             time.sleep(max(0.0, self._due - time.monotonic()))
@@ -246,34 +245,34 @@ class NaoqiDevice:
         moment = self._reader.time(values)
         passed = self._cycle if self._moment is None else wrapped(moment - self._moment)
         if passed < 0:
-            raise LinkError(f"The clock of the robot at {self._url} went back: its NAOqi restarted.")
+            raise LinkError(f"The clock of the robot at {self._url} was reset: its NAOqi restarted.")
         if self._due is not None:
-            # At most a cycle from here, so that a clock that was held up and hurries is followed, too.
-            ahead = self._due + passed / 1000.0 - _CREEP
+            # At most a cycle from now, also for a clock that catches up.
+            ahead = self._due + passed / 1000.0 - _READ_ADVANCE
             self._due = min(ahead, self._asked + self._cycle / 1000.0)
         self._moment = moment
         self._check_pending()
         while self._arrived and wrapped(moment - self._arrived[0].due) >= self._cycle:
             sent = self._arrived.popleft()
             self.in_force = sent.reply_to
-            # In force a cycle before already, had it been there.
+            # Due a cycle before: late if it had not arrived.
             self.late += wrapped(moment - sent.due) - passed >= self._cycle
         return Reading(moment, max(1, round(passed / self._cycle)), self._reader.fields(values))
 
     @property
     def spare(self) -> float:
-        """Time until the next cycle is to be read, s."""
+        """Time until the next reading, s."""
         return max(0.0, self._due - time.monotonic()) if self._due is not None else 0.0
 
     def _await_cycle(self) -> float:
-        """Look at the robot's clock until it goes on; when that was seen."""
+        """Read the robot's clock until it advances; the time of that reading."""
         deadline = time.monotonic() + TIMEOUT
         while time.monotonic() < deadline:
             asked = time.monotonic()
             if self._call(self._memory.getListData, ["DCM/Time"])[0] != self._moment:
                 return asked
-            time.sleep(_LOOK)
-        raise LinkError(f"The clock of the robot at {self._url} has stood still for {TIMEOUT:g} s.")
+            time.sleep(_CLOCK_INTERVAL)
+        raise LinkError(f"The clock of the robot at {self._url} has not advanced for {TIMEOUT:g} s.")
 
     def write(self, moment: int, seq: int, command: ActuatorFrame) -> None:
         """Command all joints for the time of the answered reading plus the look-ahead; does not wait.
@@ -281,7 +280,7 @@ class NaoqiDevice:
         Args:
             moment: of the newest reading.
             seq: number of its frame.
-            command: one that answers an older frame has the less time left.
+            command: an answer to an older frame has less time left.
 
         Raises:
             LinkError: the robot refused an earlier command, or the connection has ended.
@@ -291,7 +290,7 @@ class NaoqiDevice:
         if wanted != self._stiffness:
             self._put(_STIFFNESSES, "ClearAll", moment, wanted, -1)
             self._stiffness = wanted
-        # Commands that are not reached yet stay: the joints follow each command at its time.
+        # Future commands stay: the joints follow each command at its time.
         left = max(0, self._look_ahead - round((seq - command.reply_to) * self._cycle))
         angles = tuple(command.position[slot] for slot in self._slots)
         self._put(_POSITIONS, "ClearAfter", wrapped(moment + left), angles, command.reply_to)
@@ -331,7 +330,7 @@ class NaoqiDevice:
         return LinkError(f"The connection to {self._url} has ended: {_first_line(error)}.")
 
     def close(self) -> None:
-        """Leave the robot."""
+        """End the connection."""
         self._session.close()
 
 
@@ -353,7 +352,7 @@ def connected(url: str, timeout: float = TIMEOUT) -> Any:
     try:
         future = session.connect(url, _async=True)
         state = str(future.wait(round(1000.0 * timeout)))
-        if state.endswith("Running") or not session.isConnected():  # connected also without an answer
+        if state.endswith("Running") or not session.isConnected():  # also connected without an answer
             raise RuntimeError("no answer")
     except RuntimeError as error:
         raise LinkError(f"No NAOqi answers at {url} ({_first_line(error)}).") from None
@@ -370,7 +369,7 @@ logger = logging.getLogger(__name__)
 LOOK_AHEAD: Final = 0.010
 """s; see `nao-hil bridge naoqi --look-ahead`."""
 _MAX_LOOK_AHEAD: Final = 0.2
-"""s; no gait survives a longer one."""
+"""s; every gait falls with a longer one."""
 
 
 class NaoqiCounts(BridgeCounts, kw_only=True):
@@ -378,11 +377,11 @@ class NaoqiCounts(BridgeCounts, kw_only=True):
 
     frames: int = 0
     late: int = 0
-    """Commands that were not at the robot by the cycle of their time."""
+    """Commands that missed the cycle of their time."""
 
 
 class NaoqiBridge:
-    """Connects, bridges, and connects again.
+    """Connects to NAOqi and bridges, again after each connection.
 
     Args:
         url: of the robot's NAOqi.
@@ -391,7 +390,7 @@ class NaoqiBridge:
         stop: set when it is to end.
 
     Raises:
-        ConfigurationError: no such body, or a look-ahead that is not possible.
+        ConfigurationError: no such body, or an impossible look-ahead.
     """
 
     def __init__(self, url: str, look_ahead: float, settings: BridgeSettings, stop: threading.Event) -> None:
@@ -400,7 +399,7 @@ class NaoqiBridge:
                 f"A look-ahead of {look_ahead:g} s is not possible; 0 to {_MAX_LOOK_AHEAD:g} s is."
             )
         if settings.body is not None:
-            load_body(settings.body)  # a misspelt name is told before anyone waits for a robot
+            load_body(settings.body)  # reports a misspelt name before the wait for a robot
         self._url, self._look_ahead, self._settings, self._stop = url, look_ahead, settings, stop
         self._counts = NaoqiCounts()
 

@@ -1,4 +1,4 @@
-"""A server of NAOqi: any robot on `nao/<robot>` appears as a NAOqi robot. Its cycle and its lease are here."""
+"""A server of NAOqi, with cycle and lease: any robot on `nao/<robot>` appears as a NAOqi robot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Final
 
-from bridge.adapters.naoqi.core.cameras import DrawnEyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed, DrawnCameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.core.walking import WalkingMethods
@@ -26,8 +26,8 @@ from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
 
-_SILENCE: Final = 0.5
-"""s without a sensor frame after which the server looks whether the robot is still there."""
+_FRAME_TIMEOUT: Final = 0.5
+"""s without a sensor frame after which the server checks for the robot."""
 
 
 class NaoqiServer:
@@ -36,10 +36,10 @@ class NaoqiServer:
     Args:
         link: open link, controller side.
         url: where qi listens.
-        gait: for `moveTo` and its like.
+        gait: for walks.
         full: speed of that gait, see `WalkingMethods`.
         start_walker: starts a walker that serves.
-        stop: becomes true when the server is to end.
+        stop: true when the server is to end.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
 
     Raises:
@@ -63,7 +63,7 @@ class NaoqiServer:
         self._gait, self._full, self._start_walker = gait, full, start_walker
         self._lock = threading.RLock()
         self._commanding = False
-        """Whether actuator frames are sent: this side has the joints, not the walker."""
+        """Whether this side commands the joints, not the walker."""
         self._leds = (0,) * N_LEDS
         """Sent last."""
         self._services: Services | None = None
@@ -79,7 +79,7 @@ class NaoqiServer:
 
         Raises:
             LeaseRefused: another controller holds the robot.
-            LinkError: qi could not listen.
+            LinkError: qi cannot listen.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         log, handler = logging.getLogger(__package__), NoticeHandler(self._link.publish)
@@ -110,36 +110,36 @@ class NaoqiServer:
         if frame is None:
             return
         priority = self._priority if info.mode == "real-time" else None
-        eyes = self._eyes(info)
-        services, handover = self._begin(body_of(info.body, info.sheet), frame, eyes)
+        feed = self._camera_feed(info)
+        services, handover = self._begin(body_of(info.body, info.sheet), frame, feed)
         if info.mode == "real-time":
             quiet_process(priority)
         self._send(services)
-        warmed, told = handover.warm(), False
+        prestarted, reported = handover.prestart(), False
         try:
             while not self._stop() and self._cycle(services, receive):
-                if warmed.done() and not told:  # the first move of a program finds a walker
-                    told = True
+                if prestarted.done() and not reported:  # the first move of a program has a walker
+                    reported = True
                     if self._call_server is None:
                         self._call_server = QiServer(self._url, services.names(), self._call)
                     logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
         finally:
             handover.close()
-            if eyes is not None:
-                eyes.close()
+            if feed is not None:
+                feed.close()
             with self._lock:
                 services.abandon()
 
-    def _eyes(self, info: Info) -> DrawnEyes | None:
-        """Of an emulated robot; they start when they are first needed."""
+    def _camera_feed(self, info: Info) -> DrawnCameraFeed | None:
+        """Cameras of an emulated robot."""
         if info.side != "emulator":
             return None
-        return DrawnEyes(info.robot, self._link.endpoint, info.body)
+        return DrawnCameraFeed(info.robot, self._link.endpoint, info.body)
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
-        """Answer a frame; False when the robot left or restarted."""
+        """Answer a frame; False after a loss or a restart of the robot."""
         try:
-            frame = receive(_SILENCE)
+            frame = receive(_FRAME_TIMEOUT)
         except FrameError as error:
             logger.warning("%s", error)
             return True
@@ -148,29 +148,31 @@ class NaoqiServer:
             return False
         self._read_notices()
         if frame is None:
-            self._keep_lease()
+            self._renew_lease()
         elif frame.seq > services.joints.frame.seq:
             with self._lock:
                 services.cycle(frame)
                 if not self._commanding:
-                    services.hold()  # the walker moves them: the last command is their place
+                    services.hold()  # the walker moves them: they hold the last command
             self._send(services)
         elif frame.seq < services.joints.frame.seq:
             logger.warning("the robot restarted")
             return False
         else:
-            self._send(services)  # the robot asks again: the answer was lost
+            self._send(services)  # a repeated frame: the answer was lost
         return True
 
     def _first_frame(self, receive: Callable[[float], SensorFrame | None]) -> SensorFrame | None:
         while not self._stop() and self._link.robot_alive:
-            frame = receive(_SILENCE)
+            frame = receive(_FRAME_TIMEOUT)
             if frame is not None:
                 return frame
         return None
 
-    def _begin(self, body: Body, frame: SensorFrame, eyes: DrawnEyes | None) -> tuple[Services, WalkerHandover]:
-        """Services for a new boot of a robot; the qi server, if it runs already, keeps its methods."""
+    def _begin(
+        self, body: Body, frame: SensorFrame, feed: CameraFeed | None
+    ) -> tuple[Services, WalkerHandover]:
+        """Services for a new boot of a robot; a running qi server keeps its methods."""
         link = self._link
         handover = WalkerHandover(
             self, self._start_walker, lambda: WalkClient(link.robot, link.endpoint), self._gait
@@ -183,7 +185,7 @@ class NaoqiServer:
             self._require_lease,
             self._answer_again,
             self._publish,
-            eyes,
+            feed,
         )
         with self._lock:
             self._services = services
@@ -203,14 +205,14 @@ class NaoqiServer:
                 self._link.publish(services.upper_body.order(walks=walks))
 
     def _answer_again(self) -> None:
-        """A call came after the newest frame was answered: the robot takes the newest answer."""
+        """Answer the newest frame again after a call: the robot takes the newest answer."""
         if self._services is not None:
             self._send(self._services)
 
-    def _keep_lease(self) -> None:
-        """Renew the lease, so that a robot that pauses does not withdraw it.
+    def _renew_lease(self) -> None:
+        """Renew the lease, so that a paused robot does not withdraw it.
 
-        While another controller has it, each call that commands asks for it again, and is refused until then.
+        While another controller has it, each commanding call requests it again, and is refused.
         """
         with self._lock:
             if not self._commanding:
@@ -227,10 +229,10 @@ class NaoqiServer:
         for notice in self._link.notices():
             log_notice(logger, notice)
             if notice.code == "no-lease":
-                self._keep_lease()
+                self._renew_lease()
 
     def give_away(self) -> None:
-        """Stop the motions of the legs, command no more, and release the lease: the walker's turn."""
+        """Stop the motions of the legs, end the commands, and release the lease to the walker."""
         with self._lock:
             if self._services is not None:
                 self._services.give_away()
@@ -238,10 +240,10 @@ class NaoqiServer:
         self._link.release()
 
     def take_back(self) -> None:
-        """Ask for the lease and hold the joints where they are.
+        """Acquire the lease and hold the joints in place.
 
         Raises:
-            NaoHilError: another controller was faster, or the robot is gone.
+            NaoHilError: another controller holds the robot, or it is lost.
         """
         self._link.acquire()
         with self._lock:

@@ -1,4 +1,4 @@
-"""The services of a served robot: a table of their methods, and the calls of them."""
+"""The services of a served robot: the table of their methods, and calls."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from threading import RLock
 from typing import Annotated, Any
 
 from bridge.adapters.naoqi.core.breathing import Breathing
-from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed, NoCameraFeed
 from bridge.adapters.naoqi.core.cartesian import Cartesian
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import DcmService, Joints, UpperBodyShare, moved_joints
 from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
-from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, AsyncCalls, MotionTasks
+from bridge.adapters.naoqi.core.motion_tasks import MAX_WAIT, AsyncCalls, MotionTasks
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
 from bridge.adapters.naoqi.core.robot_facts import InertSettings, RobotConfig, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
     BUTTON_KEYS,
-    QUIET,
+    QUIET_SERVICES,
     QUIET_VISION,
     BatteryAndHeat,
     Extractor,
@@ -48,7 +48,7 @@ from bridge.adapters.naoqi.declared import (
 from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
 from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
 from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
-from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Stage
+from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Scene
 from bridge.adapters.naoqi.interaction.dialog import Dialog
 from bridge.adapters.naoqi.interaction.hearing import SpeechRecognition
 from bridge.adapters.naoqi.interaction.leds import Leds
@@ -61,11 +61,11 @@ from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-STAGE = "NaoHil"
-"""Service that the vendor does not have: the robot's surroundings."""
-_MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
-_MOVES |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
-"""Joints moved by methods whose first argument is no name of a joint."""
+NAO_HIL_SERVICE = "NaoHil"
+"""Service of nao-hil itself: the robot's surroundings."""
+_MOVED_JOINTS = {"lookAt": ["Head"], "startTracker": ["Head"]}
+_MOVED_JOINTS |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
+"""Joints moved by methods without a first argument that names joints."""
 
 
 class Services:
@@ -74,12 +74,12 @@ class Services:
     Args:
         config: facts about the robot.
         frame: its first one.
-        lock: held while joints and memory are touched.
-        walking: walks, and hands the joints back and forth.
+        lock: of joints and memory.
+        walking: walks, with the handover of the joints.
         require_lease: raises `NaoHilError` unless the joints may be commanded.
-        commanded: called, with the lock held, when a call may have changed the joints' commands.
+        commanded: called, with the lock held, after a call that may have changed the joints' commands.
         publish: called for each event of ALMemory.
-        eyes: its cameras.
+        feed: its cameras.
     """
 
     def __init__(
@@ -91,14 +91,14 @@ class Services:
         require_lease: Callable[[], None],
         commanded: Callable[[], None],
         publish: Publish,
-        eyes: Eyes | None = None,
+        feed: CameraFeed | None = None,
     ) -> None:
         self._config, self._lock, self.handover = config, lock, walking.handover
         self._require_lease, self._commanded = require_lease, commanded
         self.joints = Joints(config.body, frame)
         numbers = self._numbers = itertools.count(1)
         self._tasks, self._others = MotionTasks(numbers), MotionTasks(numbers)
-        """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
+        """Motions of joints; and other lasting calls, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
         self.upper_body = UpperBodyShare(self.joints)
         self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
@@ -114,17 +114,17 @@ class Services:
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.provide(self.joints.keys())
         self.memory.update(frame)
-        self.events = Events(self.memory, self._told(publish))
+        self.events = Events(self.memory, self._publisher(publish))
         self._speech = Speech(self._others, self.events, lambda: self.joints.now)
         self._dialog = Dialog(self.events, self.memory.get, self._speech.say)
         self._microphones = Microphones(publish)
         self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
         self._recognition = SpeechRecognition(self.events)
-        self._eyes = eyes or NoEyes()
-        self._stage = Stage(config.body, self._frames, self._eyes, self._hear)
-        self._video = VideoDevice(config.body, self._eyes)
+        self._feed = feed or NoCameraFeed()
+        self._scene = Scene(config.body, self._frames, self._feed, self._hear)
+        self._video = VideoDevice(config.body, self._feed)
         self._sonar = Sonar(self.joints, self.events)
-        seeing = (self._stage, self._frames, self.events)
+        seeing = (self._scene, self._frames, self.events)
         self._detections = (
             Faces(*seeing),
             LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
@@ -133,23 +133,23 @@ class Services:
         self._compass = VisualCompass(self._frames, self.events, self._robot_place)
         neck = config.body.lengths.NeckOffsetZ
         walk = self._walks.get("move")
-        self._awareness = Awareness(self._stage, self._frames, self.motion, self.events, self.memory)
-        self._following = Following(self._stage, self._frames, self.motion, self.events, neck, walk)
+        self._awareness = Awareness(self._scene, self._frames, self.motion, self.events, self.memory)
+        self._following = Following(self._scene, self._frames, self.motion, self.events, neck, walk)
         self._table = self._build()
 
     def _hear(self, said: str) -> list[str]:
-        """Take an utterance of a person; the words that were recognized."""
+        """Process an utterance of a person; the recognized words."""
         self._dialog.hear(said)
         return self._recognition.hear(said)
 
-    def _told(self, publish: Publish) -> Publish:
-        """Tells of an event, and has dialogues answer it."""
+    def _publisher(self, publish: Publish) -> Publish:
+        """A publisher of events that also passes them to the dialogues."""
 
-        def tell(event: str, value: Any, callbacks: list[list[Any]]) -> None:
+        def publish_and_answer(event: str, value: Any, callbacks: list[list[Any]]) -> None:
             publish(event, value, callbacks)
-            self._dialog.notice(event, value)
+            self._dialog.answer_event(event, value)
 
-        return tell
+        return publish_and_answer
 
     def _robot_place(self) -> Sequence[float]:
         position = self._walks.get("getRobotPosition")
@@ -157,7 +157,7 @@ class Services:
         return place
 
     def cycle(self, frame: SensorFrame) -> None:
-        """A new frame; the lock is held."""
+        """Take a new frame; the lock is held."""
         self.joints.cycle(frame)
         self.memory.update(frame)
         self._robot_events.update(frame)
@@ -177,21 +177,21 @@ class Services:
         self._others.run(now)
 
     def give_away(self) -> None:
-        """The walker gets the robot: motions of the legs end; the lock is held."""
+        """End motions of the legs for the walker; the lock is held."""
         self.motion.end_using("Legs")
         self.upper_body.begin()
 
     def hold(self) -> None:
-        """Hold the joints where they are, except the program's share; the lock is held."""
+        """Hold the joints in place, except the program's share; the lock is held."""
         self.joints.hold(self.upper_body.taken)
 
     def abandon(self) -> None:
-        """The robot is gone: calls that wait for a motion fail; the lock is held."""
+        """Fail calls that wait for a motion of a lost robot; the lock is held."""
         self._tasks.abandon()
         self._others.abandon()
 
     def names(self) -> dict[str, list[str]]:
-        """Service -> methods, those included that only refuse."""
+        """Service -> methods, including the refused ones."""
         return {name: list(methods) for name, methods in self._table.items()}
 
     def table(self) -> Mapping[str, Mapping[str, Method]]:
@@ -199,7 +199,7 @@ class Services:
         return self._table
 
     def offered(self, service: str) -> list[str]:
-        """Methods of a service that do more than refuse."""
+        """Methods of a service without the refused ones."""
         return sorted(name for name, method in self._table[service].items() if not method.refuses)
 
     def call(self, service: str, method: str, arguments: list[Any]) -> Any:
@@ -208,10 +208,10 @@ class Services:
         Args:
             service: name of the service.
             method: name of the method.
-            arguments: as the program gave them.
+            arguments: of the program.
 
         Raises:
-            NaoHilError: it cannot be carried out; one sentence.
+            NaoHilError: a refusal; one sentence.
         """
         if service not in self._table:
             raise NaoqiRefused(f"NAOqi: {unknown_name('service', service, self._table)}.")
@@ -228,28 +228,28 @@ class Services:
             with self._lock:
                 if not self.handover.has_robot:
                     self._protection.require(f"{service}.{method}")
-        moves = _MOVES.get(method) or next(iter(arguments), None)
+        moves = _MOVED_JOINTS.get(method) or next(iter(arguments), None)
         if service == "DCM" and entry.kind == "joints":
             moves = moved_joints(self.joints.dcm, moves)
         stiff = method == "setStiffnesses" and stays_stiff(arguments[1])
         return self._carry_out(entry, arguments, moves, stiff=stiff)
 
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
-        """Begin a call and do not wait for it; its number."""
+        """Begin a call without waiting for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
         if not isinstance(name, str):
             raise NaoqiRefused(f"{service}.pCall: method is {name!r:.60}; a name is expected.")
         try:
             result = self.call(service, name, rest)
         except NaoHilError as error:
-            logger.warning("%s", error)  # as a robot: the caller gets a number all the same
+            logger.warning("%s", error)  # as on a robot, the caller gets a number
             return next(self._numbers)
         if isinstance(result, Future):
             result.add_done_callback(_log_error)
         walks = self._table[service][name].kind == "walk"
         key = self._async_calls.add(result, self._walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
-            self._audio.begun(result, key)
+            self._audio.name_by_call(result, key)
         return key
 
     def _carry_out(self, entry: Method, arguments: list[Any], moves: Any, *, stiff: bool) -> Any:
@@ -269,7 +269,7 @@ class Services:
         if self.handover.has_robot:
             with self._lock:
                 upper = self.upper_body.within(moves)
-                if upper is not None or (stiff and self.handover.active):  # the walk has its legs stiff already
+                if upper is not None or (stiff and self.handover.active):  # a walking robot's legs are stiff
                     self.upper_body.taken |= set(upper or ())
                     result = entry(arguments)
                     self._commanded()
@@ -280,6 +280,8 @@ class Services:
     def _build(self) -> dict[str, dict[str, Method]]:
         now = lambda: self.joints.now  # noqa: E731
         cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
+        photos = PhotoCapture(self._feed, self._others, now)
+        films = VideoRecorder(self._feed, self._others, now)
         table = declared(
             InertSettings(),
             DcmService(self.joints),
@@ -317,14 +319,17 @@ class Services:
             self._recognition,
             *(part for detection in self._detections for part in (detection.extractor, detection)),
             self._video,
-            self._stage,
-            *self._photos(now),
+            self._scene,
+            photos.setup,
+            photos,
+            films.setup,
+            films,
             self._dialog,
             Animations(self.joints, self.motion),
             Tracker(self.joints, self.motion, self._frames, self._following),
             OldTracker("RedBall", 0.06, self._following),
             OldTracker("Face", 0.15, self._following),
-            *(Extractor(name, self.events, [event], quiet=True) for name, event in QUIET.items()),
+            *(Extractor(name, self.events, [event], quiet=True) for name, event in QUIET_SERVICES.items()),
             *(VisionExtractor(name, self.events, [event], quiet=True) for name, event in QUIET_VISION.items()),
         )
         for name in sorted({*table, *REFUSED}):
@@ -333,16 +338,11 @@ class Services:
             table[name] = refusals(name, {*module, *methods}) | module | methods
         return table
 
-    def _photos(self, now: Callable[[], int]) -> list[object]:
-        photos = PhotoCapture(self._eyes, self._others, now)
-        films = VideoRecorder(self._eyes, self._others, now)
-        return [photos.setup, photos, films.setup, films]
-
     def parameters(self, service: str, method: str) -> Method:
-        """A method that a service offers.
+        """An offered method.
 
         Raises:
-            NaoqiRefused: there is none of this name.
+            NaoqiRefused: no such method.
         """
         if method not in self.offered(service):
             raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")
@@ -388,7 +388,7 @@ class _Module:
         return f"{self.service}.{method}({', '.join(names)})"
 
     @offers(".wait")
-    def _wait(self, key: Any, timeout: Annotated[float, Range(0, LONGEST_WAIT, "ms")] = 0) -> Future[Any]:
+    def _wait(self, key: Any, timeout: Annotated[float, Range(0, MAX_WAIT, "ms")] = 0) -> Future[Any]:
         return self._services._async_calls.wait(key, timeout)
 
 

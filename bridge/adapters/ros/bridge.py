@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import zenoh
 
-from bridge.adapters.naoqi.core.cameras import DrawnEyes
+from bridge.adapters.naoqi.core.cameras import DrawnCameraFeed
 from bridge.adapters.ros.messages import CAMERA_INFO, DESCRIPTION, IMAGE, TYPES, RosMessages
 from bridge.adapters.ros.orders import Orders, RosCounts
 from bridge.adapters.ros.wire import Listening, Publisher, RosNode
@@ -27,17 +27,17 @@ from bridge.realtime import quiet_process
 
 logger = logging.getLogger(__name__)
 
-_RETRY: Final = 0.05
-"""s between two looks for a robot that is not there."""
+_RETRY_INTERVAL: Final = 0.05
+"""s between two attempts to find the robot."""
 _PRIORITY: Final = 30
 """SCHED_FIFO priority to ask for: below the robot and its controller."""
-_SILENCE: Final = 0.5
-"""s without a frame after which the loop looks whether it is to end."""
-_QUEUE: Final = 64
+_FRAME_TIMEOUT: Final = 0.5
+"""s between two checks of the stop event."""
+_QUEUE_SIZE: Final = 64
 RGB: Final = 11
 """NAOqi's number of the colour space of ROS's `rgb8`."""
 CAMERAS: Final = {"camera/top": 0, "camera/bottom": 1}
-_WIDTH: Final = 320
+_PICTURE_WIDTH: Final = 320
 
 
 class RosBridge:
@@ -63,13 +63,13 @@ class RosBridge:
     ) -> None:
         self._robot, self._endpoint, self._node = keys.check_name("Robot id", robot), connect, node
         self._describe, self._period, self._stop = description, 1.0 / picture_rate, stop
-        self._received: Mailbox[tuple[bool, bytes]] = Mailbox(_QUEUE)
+        self._received: Mailbox[tuple[bool, bytes]] = Mailbox(_QUEUE_SIZE)
         self._publishers: dict[str, Publisher] = {}
-        self._told: frozenset[Listening] = frozenset()
+        self._reported: frozenset[Listening] = frozenset()
         self.counts = RosCounts()
 
     def run(self) -> RosCounts:
-        """Bridge until stopped; waits for the robot if it is not there.
+        """Bridge until stopped; waits for the robot.
 
         Raises:
             ConfigurationError: not an endpoint, or no such body.
@@ -77,7 +77,7 @@ class RosBridge:
         while not self._stop.is_set():
             session = try_client(self._endpoint, "controller")
             if session is None:
-                self._stop.wait(_RETRY)
+                self._stop.wait(_RETRY_INTERVAL)
                 continue
             try:
                 info = self._ask_info(session)
@@ -92,7 +92,7 @@ class RosBridge:
             payload = ask(session, keys.key(self._robot, keys.INFO), b"", 1.0, FrameError)
             if payload is not None:
                 return decode(payload, Info)
-            self._stop.wait(_RETRY)
+            self._stop.wait(_RETRY_INTERVAL)
         return None
 
     def _serve(self, session: zenoh.Session, info: Info) -> None:
@@ -103,7 +103,7 @@ class RosBridge:
                 self._publishers[topic] = self._node.publisher(topic, type_name, latched=topic == DESCRIPTION)
         self._publish(*messages.description(self._describe(body)))
         subscribers = [
-            subscribe(session, keys.topic_key(self._robot, kind), partial(self._keep, kind is SensorFrame))
+            subscribe(session, keys.topic_key(self._robot, kind), partial(self._put, kind is SensorFrame))
             for kind in (SensorFrame, WalkTelemetry)
         ]
         orders = Orders(self._robot, self._endpoint, session, self._node, self.counts)
@@ -121,13 +121,13 @@ class RosBridge:
             for subscriber in subscribers:
                 subscriber.undeclare()
 
-    def _keep(self, sensors: bool, payload: bytes) -> None:
+    def _put(self, sensors: bool, payload: bytes) -> None:
         self._received.put((sensors, payload))
 
     def _cycle(self, session: zenoh.Session, messages: RosMessages) -> None:
         seq = -1
         while not self._stop.is_set():
-            first = self._received.take(_SILENCE)
+            first = self._received.take(_FRAME_TIMEOUT)
             for sensors, payload in ([first] if first is not None else []) + self._received.drain():
                 try:
                     if not sensors:
@@ -135,36 +135,36 @@ class RosBridge:
                         continue
                     frame = decode(payload, SensorFrame)
                 except FrameError:
-                    continue  # of another program
+                    continue  # from another program
                 if frame.seq == seq:
-                    continue  # a robot in lockstep repeats it
+                    continue  # repeated by a robot in lockstep
                 seq = frame.seq
                 self.counts.frames += 1
                 for found in messages.of_frame(frame, frame.wall or time.time_ns()):
                     self._publish(*found)
-            self._tell_listeners(session, max(seq, 0))
+            self._report_listeners(session, max(seq, 0))
 
     def _publish(self, topic: str, message: Any) -> None:
         self._publishers[topic].publish(message)
         self.counts.messages += 1
 
-    def _tell_listeners(self, session: zenoh.Session, seq: int) -> None:
-        """Tell the log, and by a notice the page, which nodes listen to the robot."""
+    def _report_listeners(self, session: zenoh.Session, seq: int) -> None:
+        """Report the nodes that listen to the robot, in the log and by notices."""
         ours = {*self._publishers, *(f"{c}/{name}" for c in CAMERAS for name in ("image_raw", "camera_info"))}
         now = frozenset(one for one in self._node.listening if one.topic in ours)
-        for one in now ^ self._told:
+        for one in now ^ self._reported:
             verb = "listens" if one in now else "no longer listens"
             text = f"ROS 2: {one.node} {verb} to /{one.topic}."
             logger.info("%s", text)
             notice = Notice(seq=seq, level="info", code="ros", text=text)
             session.put(keys.topic_key(self._robot, Notice), encode(notice))
-        self._told = now
+        self._reported = now
 
     def _send_pictures(self, messages: RosMessages, info: Info) -> None:
-        """Send pictures of the cameras that have listeners."""
+        """Send pictures of the cameras with listeners."""
         if info.side != "emulator":
             return
-        eyes = DrawnEyes(info.robot, self._endpoint, info.body)
+        feed = DrawnCameraFeed(info.robot, self._endpoint, info.body)
         publishers = {
             name: (
                 self._node.publisher(f"{name}/image_raw", IMAGE),
@@ -183,8 +183,8 @@ class RosBridge:
                 if picture is None or picture.done():
                     asked.pop(name, None)
                     if {f"{name}/image_raw", f"{name}/camera_info"} & heard:
-                        asked[name] = eyes.picture(camera, _WIDTH, 3 * _WIDTH // 4, RGB)
-        eyes.close()
+                        asked[name] = feed.picture(camera, _PICTURE_WIDTH, 3 * _PICTURE_WIDTH // 4, RGB)
+        feed.close()
 
     def _send_picture(
         self, name: str, picture: Future[Any], publishers: Sequence[Publisher], messages: RosMessages
@@ -193,7 +193,7 @@ class RosBridge:
             logger.warning("no picture of %s: %s", name, error)
             return
         moment, pixels = picture.result()
-        found = messages.image(CAMERAS[name], _WIDTH, pixels, round(1e9 * moment))
+        found = messages.image(CAMERAS[name], _PICTURE_WIDTH, pixels, round(1e9 * moment))
         for publisher, message in zip(publishers, found, strict=True):
             publisher.publish(message)
         self.counts.pictures += 1

@@ -17,7 +17,7 @@ from rosbags.typesys import get_typestore
 
 from bridge.adapters.ros.wire import DISTROS
 from bridge.body import Body
-from bridge.body.cameras import LINK, Camera, cameras
+from bridge.body.cameras import CAMERA_LINK, Camera, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.body.kinematics import LinkTransform, LinkTransforms
 from bridge.body.quantities import absent_joints
@@ -43,13 +43,13 @@ TYPES: Final = {
 }
 """Topic -> type of its messages."""
 IMAGE, CAMERA_INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
-EVERY: Final = {JOINT_STATES: 1, IMU: 1, FSR: 2, BUTTONS: 10, ODOMETRY: 2, TF: 2}
+MESSAGE_CYCLES: Final = {JOINT_STATES: 1, IMU: 1, FSR: 2, BUTTONS: 10, ODOMETRY: 2, TF: 2}
 """Cycles of the robot from one message to the next."""
-_UNKNOWN: Final = np.zeros(9)
-"""A covariance that is not known (REP of sensor_msgs)."""
+_UNKNOWN_COVARIANCE: Final = np.zeros(9)
+"""An unknown covariance (REP of sensor_msgs)."""
 
 
-_OPTICAL: Final = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+_OPTICAL_AXES: Final = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """x of a picture to the right, y down, z along the camera's axis (REP 103)."""
 
 
@@ -59,8 +59,8 @@ def optical_frame(camera: Camera) -> str:
 
 
 def _optical_frame(camera: Camera) -> LinkTransform:
-    turn = quaternion(R_pitch(camera.pitch) @ _OPTICAL)
-    return LinkTransform(LINK, optical_frame(camera), camera.place, turn)
+    turn = quaternion(R_pitch(camera.pitch) @ _OPTICAL_AXES)
+    return LinkTransform(CAMERA_LINK, optical_frame(camera), camera.place, turn)
 
 
 class RosMessage(NamedTuple):
@@ -71,7 +71,7 @@ class RosMessage(NamedTuple):
 
 
 class RosMessages:
-    """Turns the messages of one robot into ROS messages.
+    """Converts the messages of one robot to ROS messages.
 
     Args:
         body: data sheet of the robot.
@@ -100,7 +100,7 @@ class RosMessages:
         return self._types[type_name](**fields)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """The walker's odometry, for the frames that follow."""
+        """Take the walker's odometry, for the following frames."""
         self._place = message.place
 
     def of_frame(self, frame: SensorFrame, stamp: int) -> Iterator[RosMessage]:
@@ -110,7 +110,7 @@ class RosMessages:
             frame: of the robot.
             stamp: its time, ns.
         """
-        due = {topic for topic, every in EVERY.items() if frame.seq % every == 0}
+        due = {topic for topic, every in MESSAGE_CYCLES.items() if frame.seq % every == 0}
         if self._last is not None and frame.touch != self._last.touch:
             due.add(BUTTONS)
         if JOINT_STATES in due:
@@ -145,7 +145,7 @@ class RosMessages:
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def _joint_states(self, frame: SensorFrame, stamp: int) -> Any:
-        """Angles, and speeds since the last frame; currents stand for efforts."""
+        """Angles, speeds since the last frame, and currents as efforts."""
         position = np.array(frame.position)[self._slots]
         velocity = np.zeros(len(position))
         if self._last is not None and frame.time > self._last.time:
@@ -172,11 +172,11 @@ class RosMessages:
             TYPES[IMU],
             header=self._header(stamp, TORSO),
             orientation=self._quaternion((sr * cp, cr * sp, -sr * sp, cr * cp)),
-            orientation_covariance=_UNKNOWN,
+            orientation_covariance=_UNKNOWN_COVARIANCE,
             angular_velocity=self._vector(frame.gyroscope),
-            angular_velocity_covariance=_UNKNOWN,
+            angular_velocity_covariance=_UNKNOWN_COVARIANCE,
             linear_acceleration=self._vector(frame.accelerometer),
-            linear_acceleration_covariance=_UNKNOWN,
+            linear_acceleration_covariance=_UNKNOWN_COVARIANCE,
         )
 
     def _fsr(self, frame: SensorFrame) -> Any:
@@ -245,7 +245,7 @@ class RosMessages:
         )
 
     def image(self, camera: int, width: int, pixels: bytes, stamp: int) -> tuple[Any, Any]:
-        """A picture and the facts of its camera.
+        """A picture and its camera's parameters.
 
         Args:
             camera: 0 top, 1 bottom.

@@ -1,4 +1,4 @@
-"""Orders of ROS nodes: velocities of the walk, ways of head and arms, motions, and speech."""
+"""Orders of ROS nodes: velocities of the walk, paths of head and arms, motions, and speech."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from bridge.types import Array, Vec3
 
 logger = logging.getLogger(__name__)
 
-HOLD: Final = 0.5
-"""s after the last velocity at which the walk stops: that of nodes that are gone, too."""
-_RATE: Final = 10.0
+HOLD_TIME: Final = 0.5
+"""s after the last velocity at which the walk stops."""
+_VELOCITY_RATE: Final = 10.0
 """Orders to the walker a second."""
-_WAY_RATE: Final = 50.0
-"""Points a second of the way of head and arms."""
-_LONGEST: Final = 600.0
-"""s of a way"""
-_STIFFNESS: Final = 0.7
+_PATH_RATE: Final = 50.0
+"""Points a second of the path of head and arms."""
+_MAX_PATH_DURATION: Final = 600.0
+"""s of a path"""
+_PATH_STIFFNESS: Final = 0.7
 
 
 class RosCounts(msgspec.Struct):
@@ -67,15 +67,15 @@ class Orders:
         self._voice = Voice()
         self._ended = threading.Event()
         self._velocity: Vec3 | None = None
-        """The newest one that the walker was not told."""
-        self._way: Way | None = None
+        """The newest unsent one."""
+        self._path: JointPath | None = None
         node.subscribe("cmd_vel", "geometry_msgs/msg/Twist", self._on_velocity)
-        node.subscribe("joint_trajectory", "trajectory_msgs/msg/JointTrajectory", self._on_way)
+        node.subscribe("joint_trajectory", "trajectory_msgs/msg/JointTrajectory", self._on_path)
         node.subscribe("posture", "std_msgs/msg/String", self._on_posture)
         node.subscribe("speech", "std_msgs/msg/String", self._on_speech)
         self._threads = [
             threading.Thread(target=work, name=name)
-            for name, work in (("velocities", self._send_velocities), ("ways", self._send_ways))
+            for name, work in (("velocities", self._send_velocities), ("paths", self._send_paths))
         ]
         for thread in self._threads:
             thread.start()
@@ -86,36 +86,36 @@ class Orders:
             self._velocity = velocity
 
     def _send_velocities(self) -> None:
-        """The newest velocity, `_RATE` times a second as long as they come; the walker's hold does the rest."""
-        while not self._ended.wait(1.0 / _RATE):
+        """Send the newest velocity at a limited rate; after the last one the walker's hold stops the walk."""
+        while not self._ended.wait(1.0 / _VELOCITY_RATE):
             velocity, self._velocity = self._velocity, None
             if velocity is None:
                 continue
             self._counts.orders += 1
             if any(velocity):
-                self._try("cmd_vel", partial(self._walker.walk, velocity, hold=HOLD))
+                self._run_logged("cmd_vel", partial(self._walker.walk, velocity, hold=HOLD_TIME))
             else:
-                self._try("cmd_vel", self._walker.stop)
+                self._run_logged("cmd_vel", self._walker.stop)
 
-    def _on_way(self, message: Any) -> None:
+    def _on_path(self, message: Any) -> None:
         try:
-            self._way = Way(message)
+            self._path = JointPath(message)
         except ValueError as error:
             logger.warning("joint_trajectory: %s", error)
         else:
             self._counts.orders += 1
 
-    def _send_ways(self) -> None:
-        while not self._ended.wait(1.0 / _WAY_RATE):
-            way = self._way
-            if way is not None:
-                order, finished = way.now(time.monotonic())
+    def _send_paths(self) -> None:
+        while not self._ended.wait(1.0 / _PATH_RATE):
+            path = self._path
+            if path is not None:
+                order, finished = path.now(time.monotonic())
                 self._upper.put(encode(order))
-                if finished and self._way is way:
-                    self._way = None
+                if finished and self._path is path:
+                    self._path = None
 
     def _on_posture(self, message: Any) -> None:
-        """Play one of the walker's motions, for example `sit-down` and `get-up`."""
+        """Play one of the walker's motions, for example `sit-down`."""
         self._counts.orders += 1
         self._begin("posture", lambda: self._walker.motion(message.data))
 
@@ -125,18 +125,18 @@ class Orders:
         self._begin("speech", lambda: self._voice.speak(message.data[:1000], "English", 100.0, 1.0))
 
     def _begin(self, topic: str, work: Callable[[], Any]) -> None:
-        """Carry out an order that may take a while; Zenoh's thread does not wait for it."""
-        threading.Thread(target=self._try, args=(topic, work), daemon=True).start()
+        """Carry out a lasting order in a thread of its own, for which Zenoh's does not wait."""
+        threading.Thread(target=self._run_logged, args=(topic, work), daemon=True).start()
 
     @staticmethod
-    def _try(topic: str, work: Callable[[], Any]) -> None:
+    def _run_logged(topic: str, work: Callable[[], Any]) -> None:
         try:
             work()
         except NaoHilError as error:
             logger.warning("%s: %s", topic, error)
 
     def close(self) -> None:
-        """Take no more orders; a walk ends."""
+        """End a walk, and take no more orders."""
         self._ended.set()
         for thread in self._threads:
             thread.join()
@@ -145,7 +145,7 @@ class Orders:
         self._walker.close()
 
 
-class Way:
+class JointPath:
     """A `JointTrajectory` of head and arms, linear between its points, from the first call of `now` on.
 
     Raises:
@@ -160,8 +160,8 @@ class Way:
         times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]
         if not times or any(b <= a for a, b in itertools.pairwise(times)) or times[0] < 0.0:
             raise ValueError("the times of its points must increase from 0 on")
-        if times[-1] > _LONGEST:
-            raise ValueError(f"it lasts longer than {_LONGEST:g} s")
+        if times[-1] > _MAX_PATH_DURATION:
+            raise ValueError(f"it lasts longer than {_MAX_PATH_DURATION:g} s")
         if any(len(p.positions) != len(self._joints) for p in message.points):
             raise ValueError("each point needs a position for each joint")
         self._times, self._points = np.array(times), np.array([p.positions for p in message.points])
@@ -170,11 +170,11 @@ class Way:
         self._began: float | None = None
 
     def now(self, moment: float) -> tuple[UpperBody, bool]:
-        """The order of a moment, and whether it is the last one."""
+        """The order for a moment, and whether it is the last one."""
         self._began = moment if self._began is None else self._began
         passed = moment - self._began
         position = self._at(passed)
-        stiffness = (_STIFFNESS,) * len(self._joints)
+        stiffness = (_PATH_STIFFNESS,) * len(self._joints)
         order = UpperBody(joints=self._joints, position=tuple(position.tolist()), stiffness=stiffness)
         return order, bool(passed >= self._times[-1])
 

@@ -2,7 +2,7 @@
 
 A topic is the key `<domain>/<topic>/<type>/<hash>`; a message is its CDR bytes with an attachment: number, time
 and 16 bytes that name the publisher. A node and each of its publishers and subscriptions declare a liveliness
-token, by which the others find them: `@ros2_lv/<domain>/<session>/<node>/<entity>/<kind>/...`.
+token, for discovery: `@ros2_lv/<domain>/<session>/<node>/<entity>/<kind>/...`.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from bridge.validation import unknown_name
 
 DISTROS: Final = {"humble": Stores.ROS2_HUMBLE, "jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED}
 NO_HASH: Final = "TypeHashNotSupported"
-"""Where Humble has no hashes of types."""
+"""In place of a type's hash on Humble."""
 MAX_DOMAIN: Final = 232
 _ATTACHMENT: Final = struct.Struct("<qqB16s")
 """Number, time in ns since 1970, length of the name, name of the publisher."""
 _RELIABLE, _LATCHED = "::,10:,:,:,,", ":1:,1:,:,:,,"
-"""Qualities of service; empty parts are the defaults: reliable, volatile, keep last. The latched one keeps the
-last message for later subscribers (transient local)."""
+"""Qualities of service; empty parts are the defaults: reliable, volatile, keep last. The latched one is
+transient local."""
 
 Kind = Literal["MP", "MS"]
 
@@ -70,7 +70,7 @@ class RosNode:
         distro: a key of `DISTROS`.
 
     Raises:
-        ConfigurationError: a domain or a distribution that there is not.
+        ConfigurationError: an unknown domain or distribution.
     """
 
     def __init__(self, session: zenoh.Session, name: str, domain: int = 0, distro: str = "jazzy") -> None:
@@ -81,11 +81,11 @@ class RosNode:
         self._name, self._domain = name, domain
         self._session = session
         self._numbers = itertools.count()
-        self._kept: list[Any] = []
+        self._entities: list[Any] = []
         self._lock = threading.Lock()
         self._listening: dict[str, Listening] = {}
         self._token("NN")
-        self._kept.append(
+        self._entities.append(
             self._session.liveliness().declare_subscriber(
                 f"@ros2_lv/{domain}/*/*/*/MS/**", Callback(self._on_token, indirect=False), history=True
             )
@@ -98,11 +98,11 @@ class RosNode:
         return self.store.hash_rihs01(type_name) if self._hashes else NO_HASH
 
     def _token(self, kind: Kind | Literal["NN"], *rest: str) -> str:
-        """Declare the liveliness of the node or of one of its entities; the token."""
+        """Declare the liveliness token of the node or of one of its entities."""
         session, number = self._session.zid(), next(self._numbers)
         parts = [str(self._domain), str(session), "0", str(number), kind, "%", "%", self._name, *rest]
         token = "/".join(["@ros2_lv", *parts])
-        self._kept.append(self._session.liveliness().declare_token(token))
+        self._entities.append(self._session.liveliness().declare_token(token))
         return token
 
     def _declare(self, kind: Kind, topic: str, type_name: str, quality: str) -> str:
@@ -129,24 +129,24 @@ class RosNode:
         return Publisher(inner, self.store, type_name, hashlib.sha256(token.encode()).digest()[:16])
 
     def subscribe(self, topic: str, type_name: str, receive: Callable[[Any], None]) -> None:
-        """Call `receive` with each message, in a thread of Zenoh's; messages that are none are left out.
+        """Call `receive` with each valid message, in a thread of Zenoh's.
 
-        Publishers of every distribution are heard: the type's hash in the key is any.
+        The key matches any hash of the type, so publishers may be of every distribution.
         """
         self._declare("MS", topic, type_name, _RELIABLE)
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
                 message = self.store.deserialize_cdr(sample.payload.to_bytes(), type_name)
-            except Exception:  # rosbags passes on any error of its generated code
+            except Exception:  # rosbags raises any error of its generated code
                 return
             receive(message)
 
         key = self._key(topic, type_name, "*")
-        self._kept.append(self._session.declare_subscriber(key, Callback(on_sample, indirect=False)))
+        self._entities.append(self._session.declare_subscriber(key, Callback(on_sample, indirect=False)))
 
     def _on_token(self, sample: zenoh.Sample) -> None:
-        """A subscription of another node began or ended."""
+        """Note the beginning or the end of another node's subscription."""
         token = str(sample.key_expr)
         parts = token.split("/")
         if len(parts) < 13 or parts[2] == str(self._session.zid()):

@@ -21,7 +21,7 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.inverse_kinematics import UnreachableError
 from bridge.body.joints import LEG_SLOTS
-from bridge.body.leg_limits import CLIPPED, limit_violations
+from bridge.body.leg_limits import CLIPPED_EXCESS, limit_violations
 from bridge.body.sole import sole_hull
 from bridge.types import SIDES, Side
 from walker.gaits.gait import GaitCommand, dry_walk
@@ -90,7 +90,7 @@ def _check_ranges(body: Body, angles: list[float], step: int) -> None:
     """Joint ranges of a pose; AnkleRoll, which may be cut in the air, is left to `walker.gaits.catalogue`."""
     for side in SIDES:
         for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
-            if joint.endswith("AnkleRoll") or abs(excess) < CLIPPED:
+            if joint.endswith("AnkleRoll") or abs(excess) < CLIPPED_EXCESS:
                 continue
             bound = "above" if excess > 0.0 else "below"
             refuse(

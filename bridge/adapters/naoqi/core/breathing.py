@@ -1,4 +1,4 @@
-"""ALMotion's breathing: the slow motion of a robot that stands and has nothing to do.
+"""ALMotion's breathing: the slow motion of an idle standing robot.
 
 Source: vendor's page on idle.
 """
@@ -22,29 +22,29 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = {
     **{part: (part,) for part in ("Head", "LArm", "RArm", "Legs")},
 }
 """Chains that can breathe (confirmed: vendor's page), and the joints that move in each."""
-SLOWEST: Final = 5.0
-FASTEST: Final = 30.0
+MIN_BPM: Final = 5.0
+MAX_BPM: Final = 30.0
 """Breaths a minute (confirmed: vendor's page)."""
-_ARM: Final = {"ShoulderPitch": 0.035, "ShoulderRoll": 0.026, "ElbowRoll": -0.035}
-_LEG: Final = {"HipPitch": -0.0175, "KneePitch": 0.035, "AnklePitch": -0.0175}
+_ARM_ANGLES: Final = {"ShoulderPitch": 0.035, "ShoulderRoll": 0.026, "ElbowRoll": -0.035}
+_LEG_ANGLES: Final = {"HipPitch": -0.0175, "KneePitch": 0.035, "AnklePitch": -0.0175}
 _INHALED: Final[Mapping[str, Mapping[str, float]]] = {
     "Head": {"HeadPitch": -0.026},
-    "LArm": {f"L{joint}": angle for joint, angle in _ARM.items()},
-    "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM.items()},
-    "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG.items()},
+    "LArm": {f"L{joint}": angle for joint, angle in _ARM_ANGLES.items()},
+    "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM_ANGLES.items()},
+    "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG_ANGLES.items()},
 }
-"""Angles of joints away from where they rest, at amplitude 0, rad (confirmed: under 5 degrees; which: assumed).
-At amplitude 1 it is twice as far (assumed). Torso and soles stay level."""
-_MOVED: Final = 1e-3
-"""rad; a joint that is farther from where it was sent was moved by the program."""
+"""Angles of joints from their resting ones at amplitude 0, rad (confirmed: under 5 degrees; the values:
+assumed); twice as much at amplitude 1 (assumed). Torso and soles stay level."""
+_MOVED_TOLERANCE: Final = 1e-3
+"""rad from the last angle sent, beyond which the program has moved a joint."""
 
 
 class Breathing:
-    """Not thread-safe, the caller locks.
+    """Breathing of one robot; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
-        postures: tell whether it stands.
+        postures: whether it stands.
     """
 
     def __init__(self, joints: Joints, postures: Postures) -> None:
@@ -54,12 +54,12 @@ class Breathing:
         self._ends: dict[str, int] = {}
         """Of each part's present half breath, ms."""
         self._base: dict[str, float] = {}
-        """Where joints rest that breathe, rad."""
+        """Resting angles of the breathing joints, rad."""
         self._sent: dict[str, float] = {}
-        """Where they were sent last, rad."""
+        """Their angles sent last, rad."""
 
     def update(self) -> None:
-        """One cycle in which the joints are the program's."""
+        """Update in a cycle in which the joints are the program's."""
         for part in sorted(self._enabled):
             if self._joints.now >= self._ends.get(part, 0):
                 self._breathe(part)
@@ -68,22 +68,22 @@ class Breathing:
         """Begin the next half breath, unless the program moves the part or the robot does not stand."""
         joints = _INHALED[part]
         if any(map(self._joints.waits, joints)) or self._postures.family() != "Standing":
-            self._ends[part] = self._joints.now + 200  # looked at again
+            self._ends[part] = self._joints.now + 200  # next check
             return
-        if self._moved(part):
+        if self._is_moved(part):
             self._base |= {j: self._joints.commanded(j) for j in joints}
             self._sent |= {j: self._base[j] for j in joints}
         inhales = all(self._sent[j] == self._base[j] for j in joints)
         self._send(part, (1.0 + self._amplitude) if inhales else 0.0)
 
-    def _moved(self, part: str) -> bool:
-        """Whether the program sent the part elsewhere since it breathed last."""
+    def _is_moved(self, part: str) -> bool:
+        """Whether the program has moved the part since the last half breath."""
         for joint in _INHALED[part]:
             waiting = self._joints.dcm.waiting(actuator(joint))
             if waiting:
                 if abs(waiting[-1].time - self._ends.get(part, 0)) > 1:
                     return True
-            elif abs(self._joints.commanded(joint) - self._sent.get(joint, math.inf)) > _MOVED:
+            elif abs(self._joints.commanded(joint) - self._sent.get(joint, math.inf)) > _MOVED_TOLERANCE:
                 return True
         return False
 
@@ -104,20 +104,20 @@ class Breathing:
                 self._enabled.add(part)
             elif part in self._enabled:
                 self._enabled.discard(part)
-                if not self._moved(part):
+                if not self._is_moved(part):
                     self._send(part, 0.0)
 
     @offers("ALMotion.setBreathConfig")
     def _configure(self, config: Pairs) -> None:
-        """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; fast breaths are clipped to small ones."""
+        """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; the amplitude of fast breaths is limited."""
         method = "ALMotion.setBreathConfig"
         for name, _ in config:
             if name not in ("Bpm", "Amplitude"):
                 raise NaoqiRefused(f"{method}: {unknown_name('name', str(name), ('Bpm', 'Amplitude'))}.")
         given = dict(config)
-        bpm = number(given.get("Bpm", self._bpm), f"{method}: Bpm", SLOWEST, FASTEST)
+        bpm = number(given.get("Bpm", self._bpm), f"{method}: Bpm", MIN_BPM, MAX_BPM)
         amplitude = number(given.get("Amplitude", self._amplitude), f"{method}: Amplitude", 0.0, 1.0)
-        self._bpm, self._amplitude = bpm, min(amplitude, (FASTEST - bpm) / (FASTEST - SLOWEST))
+        self._bpm, self._amplitude = bpm, min(amplitude, (MAX_BPM - bpm) / (MAX_BPM - MIN_BPM))
 
     @offers("ALMotion.getBreathEnabled")
     def _get_breath_enabled(self, chain: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The cameras of an emulated robot, from the process that draws their pictures.
+"""The cameras of an emulated robot, drawn by a process of their own.
 
 Messages, over a pipe: to it `[number, camera, width, height, colour space, file]`; from it `[number, true,
 [time, bytes]]` or `[number, false, sentence]`, and `[0, sights]`. A sight is `[camera, kind, name, place,
@@ -23,13 +23,13 @@ import msgspec
 
 from bridge.errors import NaoqiRefused
 
-_LENGTH: Final = struct.Struct("!I")
+_LENGTH_PREFIX: Final = struct.Struct("!I")
 MAX_MESSAGE: Final = 1 << 24
 """bytes"""
 
 
 class Unsendable(Exception):
-    """A message that the other end could not read; one sentence."""
+    """A message that the other end cannot read; one sentence."""
 
 
 class Pipe:
@@ -47,7 +47,7 @@ class Pipe:
         self._decoder = msgspec.msgpack.Decoder()
 
     def send(self, message: list[Any]) -> None:
-        """Send one message; nothing happens when the other end is gone.
+        """Send one message; without the other end do nothing.
 
         Raises:
             Unsendable: something in it is no number, text, list or map, or it is too large or too deep.
@@ -60,12 +60,12 @@ class Pipe:
             raise Unsendable(f"{len(payload)} bytes are more than {MAX_MESSAGE}")
         with self._lock:
             try:
-                self._socket.sendall(_LENGTH.pack(len(payload)) + payload)
+                self._socket.sendall(_LENGTH_PREFIX.pack(len(payload)) + payload)
             except OSError:
                 return
 
     def receive(self) -> list[Any] | None:
-        """The next message that can be read; None when the other end is gone."""
+        """The next readable message; None without the other end."""
         while True:
             payload = self._payload()
             if payload is None:
@@ -78,12 +78,12 @@ class Pipe:
 
     def _payload(self) -> bytes | None:
         try:
-            head = self._stream.read(_LENGTH.size)
-            if len(head) < _LENGTH.size:
+            head = self._stream.read(_LENGTH_PREFIX.size)
+            if len(head) < _LENGTH_PREFIX.size:
                 return None
-            (length,) = _LENGTH.unpack(head)
+            (length,) = _LENGTH_PREFIX.unpack(head)
             payload = self._stream.read(length) if length <= MAX_MESSAGE else b""
-        except (OSError, ValueError):  # ValueError: this end was closed meanwhile
+        except (OSError, ValueError):  # ValueError: this end is closed
             return None
         return payload if len(payload) == length else None
 
@@ -96,12 +96,12 @@ class Pipe:
 
 CAMERAS: Final = ("CameraTop", "CameraBottom")
 """By NAOqi's number."""
-NO_CAMERAS: Final = "only an emulated robot has cameras here; this one's are read on the robot itself"
-_END: Final = 3.0
+NO_CAMERAS_REASON: Final = "only an emulated robot has cameras here; this one's are read on the robot itself"
+_END_TIMEOUT: Final = 3.0
 """s that the process may take to end."""
 
 
-class Eyes(Protocol):
+class CameraFeed(Protocol):
     """Pictures of a robot's cameras."""
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
@@ -120,24 +120,24 @@ class Eyes(Protocol):
         ...
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """The things that the cameras saw last; on a busy machine some cycles ago."""
+        """Things in the cameras' newest views, which may be some cycles old."""
         ...
 
 
-class NoEyes:
-    """Of a robot whose cameras are not here."""
+class NoCameraFeed:
+    """Of a robot without cameras here."""
 
     def picture(self, *_: Any) -> Future[Any]:
-        """See `Eyes`."""
-        raise NaoqiRefused(f"ALVideoDevice: {NO_CAMERAS}.")
+        """See `CameraFeed`."""
+        raise NaoqiRefused(f"ALVideoDevice: {NO_CAMERAS_REASON}.")
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """See `Eyes`."""
+        """See `CameraFeed`."""
         return ()
 
 
-class DrawnEyes:
-    """Starts the drawing process when it is first needed; thread-safe, close it.
+class DrawnCameraFeed:
+    """Of an emulated robot, by a drawing process that starts at the first call; thread-safe, close it.
 
     Args:
         robot: id of the robot.
@@ -155,7 +155,7 @@ class DrawnEyes:
         self._sights: Sequence[Sequence[Any]] = ()
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
-        """See `Eyes`."""
+        """See `CameraFeed`."""
         done: Future[Any] = Future()
         with self._lock:
             pipe = self._started()
@@ -166,7 +166,7 @@ class DrawnEyes:
         return done
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """See `Eyes`."""
+        """See `CameraFeed`."""
         with self._lock:
             self._started()
         return self._sights
@@ -214,7 +214,7 @@ class DrawnEyes:
         if pipe is not None and process is not None:
             pipe.close()
             try:
-                process.wait(_END)
+                process.wait(_END_TIMEOUT)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()

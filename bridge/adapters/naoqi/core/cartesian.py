@@ -1,7 +1,7 @@
-"""ALMotion's Cartesian control: effectors to places, at once or along paths.
+"""ALMotion's Cartesian control: motions of effectors to poses, directly or along paths.
 
-Each goal is turned into joint angles by inverse kinematics; a target out of reach is approached as closely as
-the joints' ranges allow. Moving the torso leaves both feet where they are. Nothing balances the robot.
+Inverse kinematics gives the joint angles; a target out of reach is approached as closely as the joints' ranges
+allow. Both feet stay in place under a moving torso. No controller balances the robot.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from bridge.errors import NaoqiRefused
 from bridge.types import Array
 
 EFFECTORS: Final = (*CHAINS, TORSO)
-STEP: Final = 0.04
+STEP_TIME: Final = 0.04
 """s between two points of a path: two cycles of ALMotion, so that the search costs the robot's cycle little."""
 _FEET: Final = ("LLeg", "RLeg")
-_STRAIGHT: Final = 0.035
+_STRAIGHT_ELBOW: Final = 0.035
 """rad of a straight elbow: the end of its range."""
-_FLAT: Final = 59
-"""Mask of a foot that keeps its place below the torso and its angles, and may rise."""
+_FLAT_FOOT_MASK: Final = 59
+"""Mask of a foot that keeps its angles and its place except for the height."""
 _STANCE_WEIGHT: Final = 3.0
-"""Of the place of a foot that is not to move, over that of one that is (assumed)."""
+"""Weight of a stance foot's pose over that of a moving foot (assumed)."""
 ITERATIONS: Final = 30
 """Of the search for one place."""
 ITERATIONS_ON_PATH: Final = 4
-"""For the next place of a path, which is near."""
+"""For the next pose of a path, which is near."""
 
 
 _REACH: Final = (
@@ -52,7 +52,7 @@ AT_REST: Final = f"at rest at each point of the path; {_REACH}"
 
 
 class _Path(NamedTuple):
-    """Where an effector goes."""
+    """Path of an effector."""
 
     effector: str
     space: int
@@ -63,7 +63,7 @@ class _Path(NamedTuple):
     times: list[float]
 
     def at(self, moment: float) -> Array:
-        """The place at a time, s: from point to point, at rest in each, on a line and about one axis."""
+        """The pose at a time, s: from point to point, at rest in each, on a line and about one axis."""
         begins, froms = [0.0, *self.times], [self.start, *self.targets]
         for begin, end, a, b in zip(begins, self.times, froms, self.targets, strict=False):
             if moment < end:
@@ -82,7 +82,7 @@ class _Space(NamedTuple):
     frame: Array
     """In the Torso frame, (4, 4)."""
     feet: dict[str, Array]
-    """Frames of the soles in the space, (4, 4): they stay there while the torso moves."""
+    """Frames of the soles in the space, (4, 4), constant while the torso moves."""
 
 
 def _effectors(names: Any, _: str = "") -> list[str]:
@@ -105,7 +105,7 @@ class Cartesian:
     Args:
         joints: of the robot.
         motion: moves them.
-        tasks: for calls that end when the motion does.
+        tasks: for calls that end with the motion.
         frames: of the robot.
     """
 
@@ -113,12 +113,12 @@ class Cartesian:
         self._joints, self._motion, self._tasks, self._frames = joints, motion, tasks, frames
         self._inverse = InverseKinematics(joints.body, frames)
 
-    def go(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
-        """Send effectors towards places; does not wait.
+    def move(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
+        """Send effectors towards poses; does not wait.
 
         Args:
             names: one effector or several.
-            spaces: of the places, one or one for each.
+            spaces: of the poses, one or one for each.
             values: positions (6 numbers) or transforms (12 or 16), one or one for each effector.
             speed: fraction of the joints' largest.
             masks: of the axes that count, one or one for each.
@@ -131,12 +131,12 @@ class Cartesian:
         self._send(effectors, _codes(spaces, count), places, _masks(masks, count), speed)
 
     def change(self, name: Any, space: Any, value: Any, speed: float, mask: Any, *, transforms: bool) -> None:
-        """As `go` for one effector, relative to where it is sent now.
+        """As `move` for one effector, relative to its commanded pose.
 
         Args:
             name: Of the effector.
             space: Its code: 0 torso, 1 world, 2 robot.
-            value: Change of the place, six numbers, m and rad, or a transform of 12 or 16.
+            value: Change of the pose, six numbers, m and rad, or a transform of 12 or 16.
             speed: Fraction of the joints' maximum speed.
             mask: Axes that count, sum of 1 (x), 2 (y), 4 (z), 8, 16, 32 (turns about them).
             transforms: The value is a transform.
@@ -148,7 +148,7 @@ class Cartesian:
         if len(effectors) != 1:
             raise NaoqiRefused("ALMotion: one effector is expected.")
         code = _codes(space, 1)
-        place = _changed(self._here(effectors[0], code[0]), _place(value, transforms))
+        place = _changed(self._commanded_pose(effectors[0], code[0]), _place(value, transforms))
         self._send(effectors, code, [place], _masks(mask, 1), speed)
 
     def _send(
@@ -160,13 +160,13 @@ class Cartesian:
         share: float,
     ) -> None:
         wanted = self._solved(names, self._spaces(codes), places, masks, ITERATIONS)
-        targets = {joint: wanted[INDEX_WITH_MIRROR[joint]] for joint in self._moved(names)}
+        targets = {joint: wanted[INDEX_WITH_MIRROR[joint]] for joint in self._moved_joints(names)}
         seconds = self._motion.time_to(list(targets), list(targets.values()), share)
-        for joint, angle in targets.items():  # together, so that the feet stay flat on the way
+        for joint, angle in targets.items():  # together, so that the feet stay flat during the motion
             self._joints.put_position(joint, [(seconds, angle)])
 
     def solved(self, name: str, code: int, place: Array) -> list[float]:
-        """The 25 positions with an effector at a place of a space, rad.
+        """The 25 positions with an effector at a pose of a space, rad.
 
         Args:
             name: Of the effector.
@@ -180,7 +180,7 @@ class Cartesian:
         return self._spaces([0])[0].feet
 
     def on_flat_feet(self, angles: Mapping[str, float], feet: Mapping[str, Array]) -> list[float]:
-        """The 25 positions with leg joints at angles, rad, and soles that keep their place but for the height.
+        """The 25 positions with leg joints at angles, rad, and soles in place except for the height.
 
         Args:
             angles: joint -> angle, rad.
@@ -190,13 +190,13 @@ class Cartesian:
         pinned = {INDEX_WITH_MIRROR[joint]: angle for joint, angle in angles.items()}
         for slot, angle in pinned.items():
             position[slot] = angle
-        goals = [Goal(leg, place, masked_axes(_FLAT, np.eye(3))) for leg, place in feet.items()]
+        goals = [Goal(leg, place, masked_axes(_FLAT_FOOT_MASK, np.eye(3))) for leg, place in feet.items()]
         return self._inverse.solve(position, goals, ITERATIONS_ON_PATH, pinned)
 
-    def _here(self, name: str, code: int) -> Array:
+    def _commanded_pose(self, name: str, code: int) -> Array:
         return self._frames.transform(name, code, False)
 
-    def _moved(self, names: Sequence[str]) -> list[str]:
+    def _moved_joints(self, names: Sequence[str]) -> list[str]:
         """Joints that move for these effectors."""
         legs = CHAINS["LLeg"] + CHAINS["RLeg"]
         chains = dict.fromkeys(legs if name in (TORSO, *_FEET) else CHAINS[name] for name in names)
@@ -204,7 +204,7 @@ class Cartesian:
         return [joint for chain in chains for joint in chain if joint in there]
 
     def _spaces(self, codes: Sequence[int]) -> list[_Space]:
-        """The spaces as they are now; a foot that moves takes none of them along."""
+        """The present spaces, which a moving foot does not change."""
         links = self._frames.links(self._frames.position(False))
         found = []
         for code in codes:
@@ -221,7 +221,7 @@ class Cartesian:
         masks: Sequence[int],
         most: int,
     ) -> list[float]:
-        """The 25 positions for places of effectors in their spaces, from where the joints are sent now."""
+        """The 25 positions for poses of effectors in their spaces, from the commanded ones."""
         torso = {
             s.code: inverse(place) for n, s, place in zip(names, spaces, places, strict=True) if n == TORSO
         }
@@ -233,7 +233,7 @@ class Cartesian:
             else:
                 goals.append(Goal(name, H @ place, masked_axes(mask, H[:3, :3])))
         if len(legs := [name for name in names if name in _FEET]) == 1 and not torso:
-            # the hips share a motor: the other foot holds against the motion that it would get
+            # the hips share a motor: the goal of the other foot keeps it in place
             other, space = _FEET[1 - _FEET.index(legs[0])], spaces[names.index(legs[0])]
             goals.append(
                 Goal(other, space.frame @ space.feet[other], _STANCE_WEIGHT * masked_axes(63, np.eye(3)))
@@ -248,12 +248,12 @@ class Cartesian:
         Args:
             names: one effector or several.
             spaces: one, or one for each.
-            paths: for each effector a list of places, which are positions or transforms; for one effector that
-                list, or one place.
+            paths: for each effector a list of poses, which are positions or transforms; for one effector that
+                list, or one pose.
             masks: one, or one for each.
             times: for each effector a list of times, s; for one effector that list, or one time.
-            absolute: whether the places are absolute; otherwise they are relative to where the effector is.
-            transforms: the places are transforms, not positions.
+            absolute: whether the poses are absolute; otherwise they are relative to the effector's.
+            transforms: the poses are transforms, not positions.
         """
         effectors = _effectors(names)
         count = len(effectors)
@@ -262,22 +262,22 @@ class Cartesian:
         moments = [times] if count == 1 and not _nested(times, 2) else _of_each(times, count, "times")
         found = []
         for name, code, mask, row, when in zip(effectors, codes, axes, rows, moments, strict=True):
-            start = self._here(name, code)
+            start = self._commanded_pose(name, code)
             places = [_place(place, transforms) for place in ([row] if _flat(row) else row)]
             if not absolute:
                 places = [_changed(start, place) for place in places]
             found.append(_Path(name, code, mask, start, places, _times(when, len(places))))
-        joints = self._moved(effectors)
+        joints = self._moved_joints(effectors)
         return self._tasks.begin(self._follow(found, joints), "positionInterpolations", joints, locks=True)
 
     def _follow(self, paths: list[_Path], joints: list[str]) -> MotionTask:
-        paths = [path._replace(start=self._here(path.effector, path.space)) for path in paths]
+        paths = [path._replace(start=self._commanded_pose(path.effector, path.space)) for path in paths]
         names, spaces = [path.effector for path in paths], self._spaces([path.space for path in paths])
         masks, began = [path.mask for path in paths], self._joints.now
         end = max(path.times[-1] for path in paths)
         moment = 0.0
         while moment < end:
-            moment = min(end, moment + STEP)
+            moment = min(end, moment + STEP_TIME)
             last = moment >= end
             places = [path.at(moment) for path in paths]
             wanted = self._solved(names, spaces, places, masks, ITERATIONS if last else ITERATIONS_ON_PATH)
@@ -290,7 +290,7 @@ class Cartesian:
 
     @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT)
     def _set_positions(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
-        self.go(names, spaces, values, speed, masks, transforms=False)
+        self.move(names, spaces, values, speed, masks, transforms=False)
 
     @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT)
     def _change_position(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
@@ -304,7 +304,7 @@ class Cartesian:
 
     @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT)
     def _set_transforms(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
-        self.go(names, spaces, values, speed, masks, transforms=True)
+        self.move(names, spaces, values, speed, masks, transforms=True)
 
     @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT)
     def _change_transform(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
@@ -320,7 +320,7 @@ class Cartesian:
 
 
 def _nested(value: Any, depth: int) -> bool:
-    """Whether a value is a list whose first item is one, and so on, this deep."""
+    """Whether a value is a list in which first items are nested this deep."""
     for _ in range(depth):
         if not isinstance(value, list) or not value:
             return False
@@ -332,9 +332,9 @@ def _flat(value: Any) -> bool:
     return isinstance(value, list) and not any(isinstance(item, list) for item in value)
 
 
-def _of_each(values: Any, count: int, what: str) -> list[Any]:
+def _of_each(values: Any, count: int, label: str) -> list[Any]:
     if not isinstance(values, list) or len(values) != count:
-        raise NaoqiRefused(f"{what} is {values!r:.60}; a list with one entry for each of {count} is expected.")
+        raise NaoqiRefused(f"{label} is {values!r:.60}; a list with one entry for each of {count} is expected.")
     return values
 
 
@@ -359,7 +359,7 @@ def _times(value: Any, count: int) -> list[float]:
 
 
 def _place(value: Any, transform: bool) -> Array:
-    """A place, (4, 4), of 6 numbers (position and angles) or of 12 or 16 (a transform, row by row)."""
+    """A pose, (4, 4), of 6 numbers (position and angles) or of 12 or 16 (a transform, row by row)."""
     sizes = (12, 16) if transform else (6,)
     if not _flat(value) or len(value) not in sizes:
         kind = "a transform of 12 or 16" if transform else "a position of 6"
@@ -375,12 +375,12 @@ def _place(value: Any, transform: bool) -> Array:
 
 
 def _changed(place: Array, change: Array) -> Array:
-    """A place shifted and turned in the axes of its space."""
+    """A pose shifted and turned in the axes of its space."""
     return homogeneous(change[:3, :3] @ place[:3, :3], place[:3, 3] + change[:3, 3])
 
 
 def look_angles(point: Sequence[float], neck: float, camera: Array) -> tuple[float, float]:
-    """HeadYaw and HeadPitch with which a camera's axis goes through a point, rad.
+    """HeadYaw and HeadPitch with which a camera's axis intersects a point, rad.
 
     Args:
         point: in the Torso frame, m.
@@ -400,7 +400,7 @@ def look_angles(point: Sequence[float], neck: float, camera: Array) -> tuple[flo
 
 
 def pointing_angles(point: Sequence[float], arm: str, lengths: Lengths) -> dict[str, float]:
-    """Angles, rad, with which a straight arm points at a place; the elbow's offset of 15 mm is left out.
+    """Angles of a straight arm that points at a place, rad; the elbow's offset of 15 mm is left out.
 
     Args:
         point: in the Torso frame, m.
@@ -409,6 +409,6 @@ def pointing_angles(point: Sequence[float], arm: str, lengths: Lengths) -> dict[
     """
     sign = 1.0 if arm == "LArm" else -1.0
     x, y, z = point[0], point[1] - sign * lengths.ShoulderOffsetY, point[2] - lengths.ShoulderOffsetZ
-    angles = (-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT)
+    angles = (-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT_ELBOW)
     joints = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
     return {f"{arm[0]}{joint}": angle for joint, angle in zip(joints, angles, strict=True)}

@@ -1,7 +1,7 @@
-"""Where parts of the robot are, in NAOqi's three spaces.
+"""Poses of the robot's parts in NAOqi's three spaces.
 
 The torso's space moves with it; the robot's is between the feet, its z axis vertical and its x axis forward;
-the world's is where the robot's was at the start. Effectors: the hand's middle, below the ankle on the sole,
+the world's is the robot's at the start. Effectors: the hand's middle, below the ankle on the sole,
 the neck. Source: vendor's page on Cartesian control.
 """
 
@@ -17,11 +17,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
-from bridge.adapters.naoqi.core.sensing import CONTACT
+from bridge.adapters.naoqi.core.sensing import CONTACT_FORCE
 from bridge.adapters.naoqi.declared import flag, offers
 from bridge.body import TORSO, Body
-from bridge.body.cameras import LINK as CAMERA_LINK
-from bridge.body.cameras import cameras
+from bridge.body.cameras import CAMERA_LINK, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.kinematics import BodyTree, homogeneous, inverse
 from bridge.body.quantities import total_mass
@@ -68,11 +67,11 @@ def from_position6(position: Sequence[float]) -> Array:
 
 
 class RobotFrames:
-    """Places of one robot's parts; not thread-safe, the caller locks.
+    """Poses of one robot's parts; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
-        robot_place: where the robot's space is in the world's: x, y (m) and yaw (rad).
+        robot_place: pose of the robot's space in the world's: x, y (m) and yaw (rad).
         steps: footsteps to come, as `WalkingMethods.steps_ahead`.
     """
 
@@ -114,7 +113,7 @@ class RobotFrames:
         return fixed
 
     def position(self, measured: bool) -> list[float]:
-        """The 25 joint positions by the sensors, or as commanded, rad."""
+        """The 25 measured or commanded joint positions, rad."""
         if measured:
             return list(self._joints.frame.position)
         slots = [0.0] * N_JOINTS
@@ -138,7 +137,7 @@ class RobotFrames:
         """The frame of a joint, chain or sensor.
 
         Raises:
-            NaoqiRefused: the body has none of this name.
+            NaoqiRefused: no such name.
         """
         if not isinstance(name, str) or name not in self.effectors:
             raise NaoqiRefused(
@@ -254,7 +253,7 @@ class RobotFrames:
         corners = []
         sides: tuple[Side, Side] = ("L", "R")
         for i, side in enumerate(sides):
-            if sum(self._joints.frame.fsr[4 * i : 4 * i + 4]) > CONTACT:
+            if sum(self._joints.frame.fsr[4 * i : 4 * i + 4]) > CONTACT_FORCE:
                 foot = to_space @ self.in_torso(f"{side}Leg", links)
                 corners += [(foot @ (x, y, 0.0, 1.0))[:2] for x, y in sole_hull(self._joints.body, side)]
         if not corners:

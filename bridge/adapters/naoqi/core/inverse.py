@@ -1,4 +1,4 @@
-"""Joint angles that bring effectors to places, by damped least squares (Wampler 1986)."""
+"""Inverse kinematics of effectors by damped least squares (Wampler 1986)."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.body import TORSO, Body, joint_tree
-from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.body.quantities import limits
 from bridge.types import Array
 
 DAMPING: Final = 0.02
 """Of the least squares, in units of the weighted error (m)."""
-RADIAN: Final = 0.1
+METRES_PER_RADIAN: Final = 0.1
 """m that an error of 1 rad weighs."""
 MAX_STEP: Final = 0.3
 """rad of one iteration."""
-STALLED: Final = 1e-5
-"""rad of an iteration below which it ends, too: the goal is out of reach."""
-CLOSE: Final = 1e-5
+STALLED_STEP: Final = 1e-5
+"""rad of an iteration below which the search ends: the goal is out of reach."""
+ERROR_TOLERANCE: Final = 1e-5
 """Weighted error at which the search ends, m."""
 
 
 class Goal(NamedTuple):
-    """Where an effector is to be."""
+    """Target of an effector."""
 
     effector: str
     target: Array
@@ -44,12 +44,12 @@ def masked_axes(mask: int, R: Array) -> Array:
         R: the space's rotation in the Torso frame, (3, 3).
     """
     axes = np.zeros((6, 6))
-    axes[:3, :3], axes[3:, 3:] = R.T, RADIAN * R.T
+    axes[:3, :3], axes[3:, 3:] = R.T, METRES_PER_RADIAN * R.T
     return axes[[bool(mask >> bit & 1) for bit in range(6)]]
 
 
 class InverseKinematics:
-    """Searches from where the joints are.
+    """Search for joint positions.
 
     Args:
         body: data sheet.
@@ -59,7 +59,7 @@ class InverseKinematics:
     def __init__(self, body: Body, frames: RobotFrames) -> None:
         self._frames = frames
         self._tree = joint_tree(body)
-        self._limits = {joint: limits(body, _motor(joint)) for joint in body.joints}
+        self._limits = {joint: limits(body, JOINTS[INDEX_WITH_MIRROR[joint]]) for joint in body.joints}
 
     def chain(self, effector: str) -> list[str]:
         """Joints between the torso and an effector."""
@@ -72,13 +72,13 @@ class InverseKinematics:
     def solve(
         self, position: Sequence[float], goals: Sequence[Goal], iterations: int, pinned: Collection[int] = ()
     ) -> list[float]:
-        """The 25 positions that come nearest to all goals, inside the joints' ranges, rad.
+        """The 25 positions nearest to all goals, inside the joints' ranges, rad.
 
         Args:
-            position: to begin from.
+            position: initial one.
             goals: to be reached together.
             iterations: at most.
-            pinned: slots that stay as they are.
+            pinned: slots to leave unchanged.
         """
         q = np.array(position)
         chains = [self.chain(goal.effector) for goal in goals]
@@ -86,27 +86,20 @@ class InverseKinematics:
         held = [i for i, slot in enumerate(slots) if slot in pinned]
         if not slots:
             return list(position)
-        lower, upper = self._ranges(chains, slots)
+        ranges = {INDEX_WITH_MIRROR[joint]: self._limits[joint] for chain in chains for joint in chain}
+        lower, upper = np.array([ranges[slot] for slot in slots]).T
         for _ in range(iterations):
             J, error = self._linearized(q, goals, chains, slots)
             J[:, held] = 0.0
-            if np.abs(error).max(initial=0.0) < CLOSE:
+            if np.abs(error).max(initial=0.0) < ERROR_TOLERANCE:
                 break
             step = J.T @ np.linalg.solve(J @ J.T + DAMPING**2 * np.eye(len(error)), error)
             step *= min(1.0, MAX_STEP / max(np.abs(step).max(), 1e-9))
             before = q[slots]
             q[slots] = np.clip(before + step, lower, upper)
-            if np.abs(q[slots] - before).max() < STALLED:
+            if np.abs(q[slots] - before).max() < STALLED_STEP:
                 break
         return [float(x) for x in q]
-
-    def _axes(self, chain: Sequence[str]) -> Array:
-        return np.array([self._tree[joint].axis for joint in chain])
-
-    def _ranges(self, chains: Sequence[Sequence[str]], slots: Sequence[int]) -> tuple[Array, Array]:
-        by_slot = {INDEX_WITH_MIRROR[joint]: self._limits[joint] for chain in chains for joint in chain}
-        ranges = np.array([by_slot[slot] for slot in slots])
-        return ranges[:, 0], ranges[:, 1]
 
     def _linearized(
         self, q: Array, goals: Sequence[Goal], chains: Sequence[Sequence[str]], slots: Sequence[int]
@@ -116,7 +109,7 @@ class InverseKinematics:
         for goal, chain in zip(goals, chains, strict=True):
             here = self._frames.in_torso(goal.effector, links)
             frames = np.array([links[joint] for joint in chain])
-            axes = np.einsum("nij,nj->ni", frames[:, :3, :3], self._axes(chain))
+            axes = np.einsum("nij,nj->ni", frames[:, :3, :3], [self._tree[joint].axis for joint in chain])
             J = np.zeros((6, len(slots)))
             columns = [slots.index(INDEX_WITH_MIRROR[joint]) for joint in chain]
             J[:3, columns] = np.cross(axes, here[:3, 3] - frames[:, :3, 3]).T
@@ -128,13 +121,9 @@ class InverseKinematics:
 
 
 def rotation_vector(R: Array) -> tuple[float, float, float]:
-    """Axis times angle of a rotation, rad; zeros for a half turn, whose axis this does not tell."""
+    """Axis times angle of a rotation, rad; zeros for a half turn, whose axis is ambiguous here."""
     x, y, z = 0.5 * (R[2, 1] - R[1, 2]), 0.5 * (R[0, 2] - R[2, 0]), 0.5 * (R[1, 0] - R[0, 1])
     sine = math.sqrt(x * x + y * y + z * z)
     angle = math.atan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0))
     scale = angle / sine if sine > 1e-9 else 1.0
     return scale * x, scale * y, scale * z
-
-
-def _motor(joint: str) -> str:
-    return "LHipYawPitch" if joint == "RHipYawPitch" else joint

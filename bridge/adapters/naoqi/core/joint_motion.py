@@ -1,7 +1,7 @@
 """ALMotion's joint methods: angles, interpolations, stiffness, limits.
 
-Every motion becomes timed commands of the DCM, so that ALMotion and DCM programs fight over a joint as they do
-on the robot: the last command is in force. Semantics: vendor's pages on joint control and stiffness control.
+Every motion becomes timed commands of the DCM, so that between ALMotion and DCM programs the last command is in
+force, as on the robot. Semantics: vendor's pages on joint control and stiffness control.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from bridge.body.joints import degrees_warning
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
 
-STEP: Final = 0.020
+POINT_INTERVAL: Final = 0.020
 """s between two points: the cycle of ALMotion, which writes through the DCM (confirmed: vendor's pages)."""
 MAX_POINTS: Final = 400
 """Of one path; a DCM buffer takes 512."""
 
 
 def smooth(start: float, values: Sequence[float], times: Sequence[float]) -> list[tuple[float, float]]:
-    """Points of a smooth path: at rest at both ends, through each value at its time, never beyond them.
+    """Points of a smooth path through each value at its time, at rest at both ends, without overshoot.
 
     Cubic between the values; slopes at inner values are the harmonic mean of both sides, or 0 at a turn
-    (Fritsch and Carlson 1980). Which curve ALMotion takes is not published (assumed).
+    (Fritsch and Carlson 1980). ALMotion's curve is not published (assumed).
 
     Args:
-        start: where the joint is at time 0.
+        start: value at time 0.
         values: to be reached.
-        times: when, s, increasing, the first one above 0.
+        times: s, increasing, the first one above 0.
 
     Returns:
         Pairs of time (s) and value, the last one exactly the last value.
@@ -60,7 +60,7 @@ def smooth(start: float, values: Sequence[float], times: Sequence[float]) -> lis
     same = left * right > 0.0
     slope[1:-1][same] = 2.0 * left[same] * right[same] / (left[same] + right[same])
     curve = CubicHermiteSpline(t, y, slope)
-    count = max(1, min(MAX_POINTS, round(t[-1] / STEP)))
+    count = max(1, min(MAX_POINTS, round(t[-1] / POINT_INTERVAL)))
     at = np.linspace(0.0, t[-1], count + 1)[1:]
     points = [(float(moment), float(value)) for moment, value in zip(at, curve(at), strict=True)]
     points[-1] = (float(t[-1]), float(y[-1]))
@@ -81,7 +81,7 @@ class JointMotion:
 
     Args:
         joints: of the robot.
-        tasks: for calls that end when the motion does.
+        tasks: for calls that end with the motion.
         config: of the robot.
     """
 
@@ -91,17 +91,17 @@ class JointMotion:
 
     @offers("ALMotion.getAngles")
     def get_angles(self, names: Any, use_sensors: bool) -> list[float]:
-        """Angles by the sensors, or as commanded."""
+        """Measured or commanded angles."""
         joints = self._joints
         read = joints.measured if use_sensors else joints.commanded
         return [read(joint) for joint in joints.names.resolve(names)]
 
     @offers("ALMotion.setAngles", kind="joints")
     def set_angles(self, names: Any, angles: Any, speed: Any) -> None:
-        """Go towards angles, each joint at its fraction of its largest speed; does not wait."""
+        """Move to angles, each joint at its fraction of its largest speed; does not wait."""
         resolved = self._joints.names.resolve(names)
         targets = one_each(angles, len(resolved), "ALMotion.setAngles: angles")
-        self._go(resolved, targets, _fractions(speed, len(resolved)))
+        self._move(resolved, targets, _fractions(speed, len(resolved)))
 
     @offers("ALMotion.changeAngles", kind="joints")
     def change_angles(self, names: Any, changes: Any, speed: Any) -> None:
@@ -109,9 +109,9 @@ class JointMotion:
         resolved = self._joints.names.resolve(names)
         by = one_each(changes, len(resolved), "ALMotion.changeAngles: changes")
         targets = [self._joints.commanded(j) + change for j, change in zip(resolved, by, strict=True)]
-        self._go(resolved, targets, _fractions(speed, len(resolved)))
+        self._move(resolved, targets, _fractions(speed, len(resolved)))
 
-    def _go(self, joints: Sequence[str], targets: Sequence[float], fractions: Sequence[float]) -> None:
+    def _move(self, joints: Sequence[str], targets: Sequence[float], fractions: Sequence[float]) -> None:
         for joint, wanted, speed_fraction in _left_hip_last(zip(joints, targets, fractions, strict=True)):
             target = self._clipped(joint, wanted)
             seconds = abs(target - self._joints.commanded(joint)) / (speed_fraction * self._joints.speed(joint))
@@ -127,7 +127,7 @@ class JointMotion:
 
     @offers("ALMotion.angleInterpolation", kind="joints")
     def angle_interpolation(self, names: Any, angles: Any, times: Any, absolute: bool) -> Future[Any]:
-        """Smoothly through angles at times; waits for the end."""
+        """Move smoothly through angles at times; waits for the end."""
         method = "ALMotion.angleInterpolation"
         joints = self._joints.names.resolve(names)
         targets = lists_each(angles, len(joints), f"{method}: angleLists")
@@ -137,32 +137,32 @@ class JointMotion:
         def task() -> MotionTask:
             froms = [0.0 if absolute else self._joints.commanded(joint) for joint in joints]
             goals = [[start + value for value in values] for start, values in zip(froms, targets, strict=True)]
-            yield from self.through(joints, goals, moments)
+            yield from self.interpolate(joints, goals, moments)
 
         return self._tasks.begin(task(), "angleInterpolation", joints, locks=True)
 
     @offers("ALMotion.angleInterpolationWithSpeed", kind="joints")
     def interpolation_with_speed(self, names: Any, angles: Any, speed: Fraction) -> Future[Any]:
-        """To one angle each, all joints arriving together when the slowest does; waits for the end."""
+        """Move to one angle each, all joints in the time of the slowest; waits for the end."""
         method = "ALMotion.angleInterpolationWithSpeed"
         joints = self._joints.names.resolve(names)
         targets = one_each(angles, len(joints), f"{method}: targetAngles")
 
         def task() -> MotionTask:
             every = [[self.time_to(joints, targets, speed)]] * len(joints)
-            yield from self.through(joints, [[target] for target in targets], every)
+            yield from self.interpolate(joints, [[target] for target in targets], every)
 
         return self._tasks.begin(task(), "angleInterpolationWithSpeed", joints, locks=True)
 
     def time_to(self, joints: Sequence[str], targets: Sequence[float], speed_fraction: float) -> float:
-        """Seconds after which all joints can be at their targets, at a fraction of their largest speed."""
+        """Shortest time of a motion of joints to their targets, s, at a fraction of their largest speed."""
         durations = (
             abs(self._clipped(joint, target) - self._joints.commanded(joint)) / self._joints.speed(joint)
             for joint, target in zip(joints, targets, strict=True)
         )
         return max(max(durations, default=0.0) / speed_fraction, 0.001 * CYCLE)
 
-    def through(
+    def interpolate(
         self, joints: Sequence[str], targets: Sequence[Sequence[float]], times: Sequence[Sequence[float]]
     ) -> MotionTask:
         """The task of an interpolation: targets (rad) and times (s) for each joint."""
@@ -175,7 +175,7 @@ class JointMotion:
 
     @offers("ALMotion.getStiffnesses")
     def get_stiffnesses(self, names: Any) -> list[float]:
-        """Stiffness of each joint, as sent last."""
+        """Commanded stiffness of each joint."""
         return [self._joints.stiffness(joint) for joint in self._joints.names.resolve(names)]
 
     @offers("ALMotion.setStiffnesses", kind="joints")
@@ -188,7 +188,7 @@ class JointMotion:
 
     @offers("ALMotion.stiffnessInterpolation", kind="joints")
     def stiffness_interpolation(self, names: Any, stiffnesses: Any, times: Any) -> Future[Any]:
-        """Linearly through stiffnesses at times; waits for the end."""
+        """Move stiffnesses linearly through values at times; waits for the end."""
         method = "ALMotion.stiffnessInterpolation"
         joints = self._joints.names.resolve(names)
         targets = lists_each(stiffnesses, len(joints), f"{method}: stiffnessLists")
@@ -204,7 +204,7 @@ class JointMotion:
             self._joints.put_stiffness(joint, list(zip(moments, values, strict=True)))
         yield self._joints.now + round(1000.0 * max((moments[-1] for moments in times), default=0.0))
 
-    def hand(self, name: Any, opening: float) -> Future[Any]:
+    def move_hand(self, name: Any, opening: float) -> Future[Any]:
         """Open (1) or close (0) a hand; waits for the end.
 
         Raises:
@@ -217,13 +217,13 @@ class JointMotion:
 
     @offers("ALMotion.killAll", "ALRobotPosture.stopMove", kind="posture")
     def end_all(self) -> None:
-        """Stop every motion where it is; calls that wait for one return."""
+        """Stop every motion; calls that wait for one return."""
         self._joints.stop(self._joints.names.all)
         self._tasks.end()
 
     @offers("ALMotion.getTaskList")
     def task_list(self) -> list[list[Any]]:
-        """`[name, number, [joint, ...]]` of each motion that has not ended."""
+        """`[name, number, [joint, ...]]` of each running motion."""
         return [[task.name, task.number, list(task.joints)] for task in self._tasks.motions]
 
     @offers("ALMotion.areResourcesAvailable")
@@ -234,20 +234,20 @@ class JointMotion:
 
     @offers("ALMotion.killTasksUsingResources", kind="posture")
     def end_using(self, names: Any) -> None:
-        """Stop the motions that use any of the joints, and whatever else moves these joints."""
+        """Stop the motions that use any of the joints, and other commands to them."""
         wanted = set(self._joints.names.resolve(names))
         self._end([task for task in self._tasks.motions if wanted & set(task.joints)], wanted)
 
     @offers("ALMotion.killTask")
     def end_task(self, number: Any) -> bool:
-        """Stop one motion by its number; whether there was one."""
+        """Stop the motion of a number; False: there is none."""
         ended = [task for task in self._tasks.motions if task.number == number]
         self._end(ended, set())
         return bool(ended)
 
     def _end(self, tasks: Sequence[RunningTask], joints: set[str]) -> None:
         self._joints.stop(sorted(joints.union(*(task.joints for task in tasks))))
-        self._tasks.end_these(tasks)
+        self._tasks.stop_tasks(tasks)
 
     @offers("ALMotion.getLimits")
     def get_limits(self, name: Any) -> list[list[float]]:
@@ -278,7 +278,7 @@ class JointMotion:
         partly="the handles between the points are not followed",
     )
     def _bezier(self, names: Any, times: Any, control_points: Any) -> Future[Any]:
-        """The control points' angles at their times; the handles between them are not followed."""
+        """Move through the control points' angles at their times, without their handles."""
         if not isinstance(control_points, list) or not all(isinstance(row, list) for row in control_points):
             raise NaoqiRefused("ALMotion.angleInterpolationBezier: controlPoints must be a list of lists.")
         angles = [[p[0] if isinstance(p, list) and p else p for p in row] for row in control_points]
@@ -286,11 +286,11 @@ class JointMotion:
 
     @offers("ALMotion.openHand", kind="joints")
     def _open_hand(self, name: Any) -> Any:
-        return self.hand(name, 1.0)
+        return self.move_hand(name, 1.0)
 
     @offers("ALMotion.closeHand", kind="joints")
     def _close_hand(self, name: Any) -> Any:
-        return self.hand(name, 0.0)
+        return self.move_hand(name, 0.0)
 
     answers = Answers(
         {
@@ -302,7 +302,7 @@ class JointMotion:
 
 
 def _left_hip_last(rows: Iterable[tuple[str, A, B]]) -> list[tuple[str, A, B]]:
-    """Rows by joint, the right hip's first: one motor drives both, and the left one wins (vendor's page)."""
+    """Rows by joint, the right hip's first: of both hips' commands the left one counts (vendor's page)."""
     return sorted(rows, key=lambda row: row[0] != "RHipYawPitch")
 
 

@@ -58,7 +58,7 @@ class JointNames:
         """Joints of a chain, of a group of chains, or the one joint of that name.
 
         Raises:
-            NaoqiRefused: nothing of this body has the name.
+            NaoqiRefused: no such name on this body.
         """
         if name in _GROUPS:
             return tuple(joint for joint in _GROUPS[name] if joint not in self._absent)
@@ -80,12 +80,12 @@ class JointNames:
 
 
 def slot(joint: str) -> int:
-    """Frame slot of a joint; both hips have that of the one motor."""
+    """Frame slot of a joint; both hips share their motor's."""
     return INDEX_WITH_MIRROR[joint]
 
 
 def actuator(joint: str, kind: str = "Position") -> str:
-    """Name of a joint's actuator; RHipYawPitch has that of the motor that drives both hips."""
+    """Name of a joint's actuator; RHipYawPitch has that of both hips' motor."""
     motor = "LHipYawPitch" if joint == "RHipYawPitch" else joint
     return f"{motor}/{kind}/Actuator/Value"
 
@@ -106,7 +106,7 @@ class Joints:
 
     Args:
         body: Data sheet.
-        frame: First frame; the joints are held where they are, as stiff as they are.
+        frame: First frame; the joints hold their angles and stiffnesses.
     """
 
     def __init__(self, body: Body, frame: SensorFrame) -> None:
@@ -115,23 +115,23 @@ class Joints:
         self.dcm = Dcm(body, frame.position, start=round(1000.0 * frame.time))
         self.frame = self._last_frame = frame
         self.guarded: set[str] = set()
-        """Joints whose present way is to keep clear of the body."""
+        """Joints whose present motion must keep clear of the body."""
         self.shield: Callable[[Positions, Positions], Positions] = lambda wanted, _: wanted
-        """Makes positions that keep clear of wanted ones, and of those sent before."""
+        """`(wanted, sent)` -> positions that keep clear of the body."""
         self._wanted = self._shielded = self._before = frame.position
         self.hold()
 
     def hold(self, without: Iterable[str] = ()) -> None:
-        """Take over: from the next cycle on hold the joints where they are measured, as stiff as they are.
+        """Hold the joints at their measured angles and stiffnesses from the next cycle on.
 
         Args:
-            without: joints that go on as they are commanded.
+            without: joints whose commands stay in force.
         """
         self.dcm.put_frame(self.frame.position, self.frame.stiffness, {slot(joint) for joint in without})
         self._before = self.frame.position
 
     def cycle(self, frame: SensorFrame) -> None:
-        """A new frame: the cycle that its predecessor began is over, and those of frames that were missed."""
+        """Take a new frame: advance the DCM to it, over missed frames too."""
         self.dcm.run_cycle()
         for joint in self.guarded:
             if self._wanted[slot(joint)] != self._shielded[slot(joint)]:
@@ -142,9 +142,9 @@ class Joints:
         self._last_frame, self.frame = self.frame, frame
 
     def answer(self) -> ActuatorFrame:
-        """Command for the cycle that begins with the newest frame, by the calls so far.
+        """Command for the cycle of the newest frame, by the calls so far.
 
-        The robot takes the newest answer at the end of that cycle, so one call changes it until then.
+        The robot takes the newest answer at the end of that cycle; further calls change it until then.
         """
         targets = self.dcm.ahead()
         self._wanted = targets.position
@@ -157,15 +157,15 @@ class Joints:
         return self.dcm.clock.now
 
     def measured(self, joint: str) -> float:
-        """Angle by the sensor, rad; of a hand 0 to 1."""
+        """Measured angle, rad; of a hand 0 to 1."""
         return self.frame.position[slot(joint)]
 
     def commanded(self, joint: str) -> float:
-        """Angle sent last, and the sensor's while the joint has no stiffness, rad."""
+        """Commanded angle, and the measured one of a joint without stiffness, rad."""
         return self.dcm.read([actuator(joint)], self.frame.position)[0]
 
     def stiffness(self, joint: str) -> float:
-        """Stiffness sent last, 0 to 1; negative: free."""
+        """Commanded stiffness, 0 to 1; negative: free."""
         return self.dcm.read([actuator(joint, "Hardness")], self.frame.position)[0]
 
     def keys(self) -> dict[str, Callable[[], float]]:
@@ -181,7 +181,7 @@ class Joints:
         return table
 
     def velocity(self, joint: str) -> float:
-        """Speed between the last two frames, rad/s."""
+        """Mean speed between the last two frames, rad/s."""
         passed = self.frame.time - self._last_frame.time
         moved = self.measured(joint) - self._last_frame.position[slot(joint)]
         return moved / passed if passed > 0.0 else 0.0
@@ -200,12 +200,12 @@ class Joints:
         self.dcm.set(SetRequest(name, Update.CLEAR_ALL, commands))
 
     def put_position(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
-        """Replace a joint's way: pairs of time from now (s) and angle (rad)."""
+        """Replace a joint's path: pairs of time from now (s) and angle (rad)."""
         self.guarded.discard(joint)
         self.put(actuator(joint), points)
 
     def put_stiffness(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
-        """Replace a joint's stiffnesses; a limp joint that gets some holds where it is."""
+        """Replace a joint's stiffnesses; a limp joint that becomes stiff holds its measured angle."""
         if self.stiffness(joint) <= 0.0 < max((value for _, value in points), default=0.0):
             self.put_position(joint, [(0.0, self.measured(joint))])
         self.put(actuator(joint, "Hardness"), points)
@@ -216,7 +216,7 @@ class Joints:
             self.put_position(joint, [])
 
     def waits(self, joint: str) -> bool:
-        """Whether commands wait that move the joint."""
+        """Whether commands of the joint wait."""
         return bool(self.dcm.waiting(actuator(joint)))
 
     def speed(self, joint: str) -> float:
@@ -234,7 +234,7 @@ class DcmService:
     """The service `DCM`: timed commands of actuators; not thread-safe, the caller locks.
 
     Args:
-        joints: whose DCM it is.
+        joints: of the robot.
     """
 
     def __init__(self, joints: Joints) -> None:
@@ -243,7 +243,9 @@ class DcmService:
     @offers("DCM.setAlias", kind="joints")
     def _set_alias(self, *arguments: Any) -> None:
         command = arguments[0] if len(arguments) == 1 else list(arguments)
-        self._dcm.set_alias(set_alias_request(_list("setAlias", command)))
+        if not isinstance(command, list):
+            raise NaoqiRefused(f"DCM.setAlias: {command!r:.40} was given; a list is expected.")
+        self._dcm.set_alias(set_alias_request(command))
         self._joints.guarded.difference_update(moved_joints(self._dcm, command))
 
     @offers("DCM.createAlias")
@@ -257,7 +259,7 @@ class DcmService:
 
     @offers("DCM.getTime")
     def _get_time(self, offset: Any) -> int:
-        """The DCM's clock, ms, with an offset of as many."""
+        """Reading of the DCM's clock plus an offset, ms."""
         if isinstance(offset, bool) or not isinstance(offset, int):
             raise NaoqiRefused(
                 f"DCM.getTime: {offset!r:.40} was given; an offset in ms, an integer, is expected."
@@ -271,7 +273,7 @@ def moved_joints(dcm: Dcm, command: Any) -> list[str]:
     """Joints whose actuators `set` or `setAlias` writes to.
 
     Args:
-        dcm: that knows the aliases.
+        dcm: for the aliases.
         command: its first argument: the name of an actuator or an alias, or a list that begins with it.
     """
     name = command[0] if isinstance(command, list) and command else command
@@ -280,17 +282,11 @@ def moved_joints(dcm: Dcm, command: Any) -> list[str]:
     return [part for part in parts if part in INDEX_WITH_MIRROR]
 
 
-def _list(method: str, command: Any) -> list[Any]:
-    if not isinstance(command, list):
-        raise NaoqiRefused(f"DCM.{method}: {command!r:.40} was given; a list is expected.")
-    return command
-
-
 _SIDES: Final = ("LArm", "RArm")
 
 
 class UpperBodyShare:
-    """Head and arms while the walker has the robot; not thread-safe, the caller locks.
+    """Head and arms while the walker holds the robot; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
@@ -302,10 +298,10 @@ class UpperBodyShare:
         """Whether the walk moves an arm."""
         self._upper = joints.names.resolve(["Head", *_SIDES])
         self.taken: set[str] = set()
-        """Joints that are not the walker's while it has the robot."""
+        """Joints of the program while the walker holds the robot."""
 
     def begin(self) -> None:
-        """The walker gets the robot."""
+        """Begin the share of a walker's hold."""
         kept = ["Head", *(side for side in _SIDES if not self._swings[side])]
         moving = (joint for joint in self._upper if self._joints.waits(joint))
         self.taken = {*self._joints.names.resolve(kept), *moving}
@@ -322,7 +318,7 @@ class UpperBodyShare:
         """Order to the walker in this cycle.
 
         Args:
-            walks: the robot walks: arms are the walk's again once no motion of the program moves them.
+            walks: the robot walks: the walk moves arms that no motion of the program moves.
         """
         if walks:
             for side in _SIDES:

@@ -19,7 +19,7 @@ from bridge.messages import SensorFrame
 from bridge.messages.dcm import PREFIX
 
 MAX_DATA: Final = 10_000
-"""Keys that programs may put in."""
+"""Largest number of programs' keys."""
 
 
 class Memory:
@@ -27,7 +27,7 @@ class Memory:
 
     Args:
         body: Data sheet.
-        dcm: Gives the actuators' values and the clock's; may be another one later.
+        dcm: Returns the present DCM.
         fixed: Keys that never change.
     """
 
@@ -55,7 +55,7 @@ class Memory:
         self._frame = frame
 
     def provide(self, values: Mapping[str, Callable[[], Any]]) -> None:
-        """Keys whose values are asked for when they are read."""
+        """Add keys with values computed at each reading."""
         self._live.update(values)
 
     def put(self, key: str, value: Any) -> None:
@@ -103,7 +103,7 @@ class Memory:
 
     @offers("ALMemory.insertData")
     def insert(self, key: str, value: Any) -> None:
-        """Put data in. On the robot, too, anyone may overwrite a sensor's key, until its next cycle.
+        """Store data.
 
         Raises:
             NaoqiRefused: a key of a sensor or an actuator, or too many keys.
@@ -116,10 +116,10 @@ class Memory:
 
     @offers("ALMemory.insertListData")
     def insert_list(self, pairs: Any) -> None:
-        """Put several in: `[[key, value], ...]`.
+        """Store several: `[[key, value], ...]`.
 
         Raises:
-            NaoqiRefused: not such a list; nothing is put in then.
+            NaoqiRefused: not such a list; nothing is stored then.
         """
         if not isinstance(pairs, list) or not all(isinstance(p, list) and len(p) == 2 for p in pairs):
             raise NaoqiRefused(
@@ -130,10 +130,10 @@ class Memory:
 
     @offers("ALMemory.removeData")
     def remove(self, key: Any) -> None:
-        """Take data out.
+        """Remove data.
 
         Raises:
-            NaoqiRefused: there is none under this key.
+            NaoqiRefused: no data under this key.
         """
         if not isinstance(key, str) or key not in self._data:
             raise NaoqiRefused(f"ALMemory.removeData: there is no inserted data under {key!r:.80}.")
@@ -150,13 +150,13 @@ class Memory:
 
     @offers("ALMemory.getTimestamp", partly="for a sensor it is the time of the call")
     def stamped(self, key: Any) -> list[Any]:
-        """`[value, s, us]`: a value and the wall-clock time at which it was written; of a sensor now."""
+        """`[value, s, us]`: a value and the wall-clock time of its writing; for a sensor the present one."""
         value = self.get(key)
         return [value, *stamp(self._stamps.get(key))]
 
     @offers("ALMemory.getDataOnChange")
     def next_value(self, key: str, _deprecated: Any = 0) -> Future[Any]:
-        """The next value that is written under a key; waits for it."""
+        """The next value written under a key; waits for it."""
         done: Future[Any] = Future()
         if sum(map(len, self._waiting.values())) >= MAX_DATA:
             raise NaoqiRefused(f"ALMemory.getDataOnChange: {MAX_DATA} calls wait already.")
@@ -171,7 +171,7 @@ class Memory:
 
     @offers("ALMemory.getDescriptionList")
     def descriptions(self, keys: Any) -> list[list[str]]:
-        """`[[key, description], ...]` of those that have one."""
+        """`[[key, description], ...]` of the described ones."""
         wanted = _names(keys, "getDescriptionList")
         return [[key, self._descriptions[key]] for key in wanted if key in self._descriptions]
 
@@ -197,12 +197,12 @@ def _names(keys: Any, method: str) -> list[str]:
     return keys
 
 
-HISTORY: Final = 10
-"""Values of an event that are kept (assumed)."""
+MAX_HISTORY: Final = 10
+"""Kept values of an event (assumed)."""
 Publish = Callable[[str, Any, list[list[Any]]], None]
-"""Tells of an event: its name, its value, and `[module, method, message]` of each module to be called.
+"""Publishes an event: its name, its value, and `[module, method, message]` of each module to be called.
 
-A list in place of the message is all that the method is called with.
+A list in place of the message is the method's argument list.
 """
 
 
@@ -217,43 +217,43 @@ class Events:
     """Events of one robot; not thread-safe, the caller locks.
 
     Args:
-        memory: keeps their values.
-        publish: called for each event that is raised.
+        memory: for their values.
+        publish: called for each raised event.
     """
 
     def __init__(self, memory: Memory, publish: Publish) -> None:
         self._memory, self._publish = memory, publish
         self._declared: dict[str, str] = {}
-        """Event -> the extractor that raises it, or nothing."""
+        """Event -> the extractor that raises it, or an empty name."""
         self._micro: set[str] = set()
         self._subscriptions: dict[str, dict[str, _EventSubscription]] = {}
         """Event -> module -> its subscription."""
         self._history: dict[str, deque[list[Any]]] = {}
 
     def declare(self, name: Any, extractor: Any = "", value: Any = None) -> None:
-        """Make an event known before it is raised, with the value that it has until then, if any.
+        """Declare an event, with an initial value, if any.
 
         Raises:
             NaoqiRefused: not a name, or too many.
         """
-        self._know("declareEvent", name)
+        self._declare_new("declareEvent", name)
         self._declared[name] = text(extractor, "ALMemory.declareEvent: extractor")
         if value is not None:
             self._memory.put(name, value)
 
     @offers("ALMemory.raiseEvent")
     def raise_event(self, name: Any, value: Any) -> None:
-        """Store the value under the event's name and tell its subscribers.
+        """Store the value under the event's name and publish it to the subscribers.
 
         Raises:
             NaoqiRefused: not a name, or too many.
         """
-        self._know("raiseEvent", name)
+        self._declare_new("raiseEvent", name)
         self._memory.put(name, value)
-        past = self._history.setdefault(name, deque(maxlen=HISTORY))
+        past = self._history.setdefault(name, deque(maxlen=MAX_HISTORY))
         past.append([value, stamp()])
-        told = self._subscriptions.get(name, {}).values()
-        self._publish(name, value, [[one.module, one.method, one.message] for one in told])
+        subscriptions = self._subscriptions.get(name, {}).values()
+        self._publish(name, value, [[one.module, one.method, one.message] for one in subscriptions])
 
     @offers("ALMemory.raiseMicroEvent")
     def raise_micro(self, name: Any, value: Any) -> None:
@@ -261,7 +261,7 @@ class Events:
         self.raise_event(name, value)
         self._micro.add(name)
 
-    def _know(self, method: str, name: Any) -> None:
+    def _declare_new(self, method: str, name: Any) -> None:
         if not isinstance(name, str) or (len(self._declared) >= MAX_DATA and name not in self._declared):
             raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
         self._declared.setdefault(name, "")
@@ -273,8 +273,7 @@ class Events:
 
         Args:
             name: of the event.
-            module: a service of this session; a program's own one, as a rule. That it is there and has the
-                method is seen to in `qi_process`.
+            module: a service of this session, usually a program's; `qi_server` checks it and the method.
             rest: the method, or a message and the method.
 
         Raises:
@@ -285,7 +284,7 @@ class Events:
                 "ALMemory.subscribeToEvent takes (event, module, method) or (event, module, message, method)."
             )
         *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
-        self._know("subscribeToEvent", name)
+        self._declare_new("subscribeToEvent", name)
         subscription = _EventSubscription(module, method, message[0] if message else "")
         self._subscriptions.setdefault(name, {})[module] = subscription
 
@@ -302,12 +301,12 @@ class Events:
 
     @offers("ALMemory.getSubscribers")
     def subscribers(self, name: str) -> list[str]:
-        """Modules that subscribed to an event."""
+        """Modules with a subscription to an event."""
         return sorted(self._subscriptions.get(name, {}))
 
     @offers("ALMemory.removeEvent", "ALMemory.removeMicroEvent")
     def forget(self, name: str) -> None:
-        """Make an event unknown; its subscriptions end."""
+        """Remove an event and its subscriptions."""
         self._declared.pop(name, None)
         self._subscriptions.pop(name, None)
         self._history.pop(name, None)
@@ -315,7 +314,7 @@ class Events:
 
     @offers("ALMemory.getExtractorEvent")
     def of_extractor(self, extractor: str) -> list[str]:
-        """Events that were declared for an extractor."""
+        """Events declared for an extractor."""
         return sorted(event for event, owner in self._declared.items() if owner == extractor)
 
     @offers("ALMemory.getEventHistory", partly="the last ten values")

@@ -1,4 +1,4 @@
-"""Motions that take time, and calls that a program began without waiting for them (`pCall`)."""
+"""Lasting motions, and calls for which a program does not wait (`pCall`)."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from typing import Any, Final
 from bridge.errors import NaoqiRefused
 
 MotionTask = Generator[int, None, Any]
-"""Yields the moment (robot time, ms) to go on at; returns the result of the call that began it."""
+"""Yields the moment of its next step (robot time, ms); returns the result of its call."""
 
 
-def robot_gone() -> NaoqiRefused:
-    """The error of a call that waited for a motion when the robot went away."""
+def robot_lost() -> NaoqiRefused:
+    """Error of a call that waits for a motion of a lost robot."""
     return NaoqiRefused("The robot went away before the motion ended.")
 
 
 @dataclass(frozen=True)
 class RunningTask:
-    """A motion that has not ended."""
+    """A running motion."""
 
     number: int
     """Counts up from 1."""
     name: str
-    """Of the method that began it."""
+    """Of its method."""
     joints: tuple[str, ...]
     moment: int
-    """To go on at, ms."""
+    """Of its next step, ms."""
     steps: MotionTask
     done: Future[Any]
     locks: bool = False
-    """Later motions of its joints that lock wait for its end."""
+    """Later locking motions of its joints wait for its end."""
     stopped: Any = None
-    """Result of the call if the task is ended before."""
+    """Result of the call if the task is stopped."""
 
 
 class MotionTasks:
-    """Runs tasks along the robot's cycles; not thread-safe, the caller locks.
+    """Runs tasks in the robot's cycles; not thread-safe, the caller locks.
 
     Args:
         numbers: of the tasks; None: from 1 on.
@@ -64,17 +64,17 @@ class MotionTasks:
 
         Args:
             task: to run.
-            name: of the method that begins it; nothing: not a motion of joints.
-            joints: that it moves or stiffens.
+            name: of its method; empty: not a motion of joints.
+            joints: of the motion.
             locks: it waits for the end of earlier tasks that lock one of its joints, and locks them (vendor's
                 page on motion tasks).
-            stopped: result of the call if the task is ended before.
+            stopped: result of the call if the task is stopped.
 
         Raises:
-            NaoqiRefused: the robot has gone.
+            NaoqiRefused: the robot is lost.
         """
         if self._abandoned:
-            raise robot_gone()
+            raise robot_lost()
         done: Future[Any] = Future()
         number = next(self._numbers)
         steps = self._postponed(task, number, set(joints)) if locks else task
@@ -92,27 +92,27 @@ class MotionTasks:
         return [task for task in self._running if task.joints]
 
     def of(self, done: Future[Any]) -> list[RunningTask]:
-        """The task whose result a future gets, if it has not ended."""
+        """The running task with this future."""
         return [task for task in self._running if task.done is done]
 
     def run(self, now: int) -> None:
-        """A cycle at `now`, ms: go on with whatever has waited for it."""
+        """Advance the tasks that are due at `now`, ms."""
         due = [task for task in self._running if task.moment <= now]
         self._running = [task for task in self._running if task.moment > now]
         for task in due:
             self._advance(task)
 
     def end(self) -> None:
-        """End all of them here, as motions that are stopped."""
-        self.end_these(list(self._running))
+        """Stop all tasks."""
+        self.stop_tasks(list(self._running))
 
     def abandon(self) -> None:
-        """The robot is gone: its cycles come no more, so all that waits fails, and nothing can begin."""
+        """Fail all tasks, and refuse further ones, after the loss of the robot."""
         self._abandoned = True
-        self.end_these(list(self._running), robot_gone())
+        self.stop_tasks(list(self._running), robot_lost())
 
-    def end_these(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
-        """End some of them here; their callers get the error, or the result of a motion that was stopped."""
+    def stop_tasks(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
+        """Stop some tasks; their callers get the error, or the result of a stopped motion."""
         numbers = {task.number for task in tasks}
         self._running = [task for task in self._running if task.number not in numbers]
         for task in tasks:
@@ -135,7 +135,7 @@ class MotionTasks:
 
 
 def pass_on(result: Any, done: Future[Any]) -> None:
-    """Complete a future with a result, at once or when the result comes.
+    """Complete a future with a result, or with a future's one when it is done.
 
     Args:
         result: a value, or a future of one.
@@ -155,9 +155,9 @@ def pass_on(result: Any, done: Future[Any]) -> None:
     result.add_done_callback(copy)
 
 
-MAX_POSTS: Final = 10_000
-"""Calls that have not ended."""
-LONGEST_WAIT: Final = 3_600_000
+MAX_CALLS: Final = 10_000
+"""Running calls at most."""
+MAX_WAIT: Final = 3_600_000
 """ms that a call may wait for another."""
 
 
@@ -166,7 +166,7 @@ class AsyncCalls:
 
     Args:
         tasks: among which the calls' tasks are.
-        numbers: for the calls; none is a task's.
+        numbers: for the calls, different from the tasks'.
         end_motion: ends a motion by its number, and holds its joints.
     """
 
@@ -176,19 +176,19 @@ class AsyncCalls:
         self._tasks, self._numbers, self._end_motion = tasks, numbers, end_motion
         self._running: dict[int, Future[Any]] = {}
         self._ends: dict[int, Callable[[], Any]] = {}
-        """Functions that end calls which are no tasks."""
+        """Functions that end calls without a task."""
 
     def add(self, result: Any, end: Callable[[], Any] | None = None) -> int:
         """The number of a call.
 
         Args:
             result: of the call, or a future of it.
-            end: ends it, if it is no task.
+            end: ends it, if it has no task.
         """
         key = next(self._numbers)
         if isinstance(result, Future):
-            if len(self._running) >= MAX_POSTS:
-                raise NaoqiRefused(f"{MAX_POSTS} calls run already; wait for some.")
+            if len(self._running) >= MAX_CALLS:
+                raise NaoqiRefused(f"{MAX_CALLS} calls run already; wait for some.")
             self._running[key] = result
             if end is not None:
                 self._ends[key] = end
@@ -200,15 +200,15 @@ class AsyncCalls:
         self._ends.pop(key, None)
 
     def running(self, key: Any) -> bool:
-        """Whether the call of this number has not ended."""
+        """Whether the call of this number runs."""
         return _key(key) in self._running
 
     def wait(self, key: Any, timeout: float = 0.0) -> Future[Any]:
-        """Wait for the end of a call; true when the time was over before.
+        """Wait for the end of a call; true after a time-out.
 
         Args:
             key: number of the call.
-            timeout: ms; 0: as long as it takes.
+            timeout: ms; 0: none.
         """
         ended: Future[Any] = Future()
         once = threading.Lock()
@@ -230,7 +230,7 @@ class AsyncCalls:
         return ended
 
     def stop(self, key: Any) -> bool:
-        """Stop a call, or a motion by its number in `getTaskList`; whether there was one."""
+        """Stop a call, or a motion by its number in `getTaskList`; False: there is none."""
         wanted = _key(key)
         done = self._running.get(wanted)
         if done is None:
@@ -238,7 +238,7 @@ class AsyncCalls:
         for tasks in self._tasks:
             for task in tasks.of(done):
                 if not (task.joints and self._end_motion(task.number)):
-                    tasks.end_these([task])
+                    tasks.stop_tasks([task])
                 return True
         end = self._ends.get(wanted)
         if end is not None:

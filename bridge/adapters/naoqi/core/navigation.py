@@ -16,8 +16,8 @@ from bridge.types import Vec2
 
 logger = logging.getLogger(__name__)
 
-FARTHEST: Final = 3.0
-"""m to which `navigateTo` goes (vendor's page)."""
+MAX_DISTANCE: Final = 3.0
+"""Longest way of `navigateTo`, m (vendor's page)."""
 
 
 Walks = Mapping[str, Callable[..., Any]]
@@ -60,10 +60,10 @@ class Navigation:
         begins_walk=True,
     )
     def navigate_to(self, x: float, y: float, config: Pairs | None = None) -> Any:
-        """Walk to a place, m from here; false and nothing happens if it is too far."""
+        """Walk to a place relative to the robot, m; false: too far, and no walk begins."""
         method = "ALNavigation.navigateTo"
-        if math.hypot(x, y) >= FARTHEST:
-            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, x, y, FARTHEST)
+        if math.hypot(x, y) >= MAX_DISTANCE:
+            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, x, y, MAX_DISTANCE)
             return False
         factors = [number(value, f"{method}: {name}") for name, value in config or () if name == "SpeedFactor"]
         speed = [["MaxStepFrequency", min(1.0, max(0.0, factors[-1]))]] if factors else []
@@ -75,7 +75,7 @@ class Navigation:
         partly="by ALMotion.moveTo: a turn, straight ahead, a turn; nothing corrects it",
     )
     def turn_and_go(self, x: Length, y: Length, theta: Length) -> Any:
-        """Turn to a place, go there straight ahead, turn; m and rad from here."""
+        """Turn to a place, walk straight ahead to it, turn; m and rad relative to the robot."""
         distance = math.hypot(x, y)
         first = math.atan2(y, x) if distance else 0.0
         ways = [[0.0, 0.0, first], [distance, 0.0, 0.0], [0.0, 0.0, math.remainder(theta - first, math.tau)]]
@@ -100,7 +100,7 @@ Length = Annotated[float, Range(-1e4, 1e4)]
 
 
 class VisualCompass:
-    """`ALVisualCompass`: how far the camera has turned since its reference; not thread-safe, the caller locks.
+    """`ALVisualCompass`: turn of the camera since its reference; not thread-safe, the caller locks.
 
     Args:
         frames: of the robot.
@@ -118,10 +118,10 @@ class VisualCompass:
         )
         self._refreshes, self._running, self._due = True, False, 0
         self._reference: Vec2 | None = None
-        """Direction of the camera's axis then."""
+        """Direction of the camera's axis at the reference."""
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
+        """Raise the event at the subscribers' period, in the cycle at `now` of the robot's clock, ms."""
         began = self.extractor.running and not self._running
         self._running = self.extractor.running
         if began and (self._refreshes or self._reference is None):

@@ -18,13 +18,13 @@ from bridge.motion import GetUp, Motion, MotionPlayer, get_up_motions, lying, mo
 from bridge.stance import stands
 
 Family = Literal["Standing", "Sitting", "LyingBelly", "LyingBack", "Unknown"]
-_LYING: Final[dict[str, Family]] = {"front": "LyingBelly", "back": "LyingBack"}
-_STEPS: Final[dict[str, tuple[Family, str]]] = {
+_LYING_FAMILIES: Final[dict[str, Family]] = {"front": "LyingBelly", "back": "LyingBack"}
+_TRANSITIONS: Final[dict[str, tuple[Family, str]]] = {
     "Sitting": ("Standing", "sit-down"),
     "LyingBelly": ("Standing", "lie-down-front"),
     "LyingBack": ("Sitting", "lie-down-back"),
 }
-"""Family -> the one that the transition begins in, and the motion from there; all lead by a stand."""
+"""Family -> the family before it, and the motion from there; all ways lead through a stand."""
 
 
 class PostureTransitions:
@@ -37,21 +37,21 @@ class PostureTransitions:
     def __init__(self, joints: Joints) -> None:
         self._joints = joints
         self.under_way = False
-        """The torso leans because a motion wants it to."""
+        """The torso leans because of a motion."""
 
     def family(self) -> Family:
         """Posture family by the fused angle and the legs; on a side `Unknown`."""
         frame = self._joints.frame
-        below = lying(frame.angle)
-        if below == "upright":
+        lying_side = lying(frame.angle)
+        if lying_side == "upright":
             return "Standing" if stands(self._joints.body, frame) else "Sitting"
-        return _LYING.get(below, "Unknown")
+        return _LYING_FAMILIES.get(lying_side, "Unknown")
 
     def to(self, family: Family) -> MotionTask:
-        """The task of going to a family; whether the robot is in it then.
+        """The task of a transition to a family; its result is whether the robot is in it.
 
         Raises:
-            NaoqiRefused: a motion is missing for this body.
+            NaoqiRefused: this body lacks a motion.
         """
         return self._play_all(self._players(family), family)
 
@@ -65,7 +65,7 @@ class PostureTransitions:
             if lying(self._joints.frame.angle) not in motions:
                 raise NaoqiRefused(f"ALRobotPosture.goToPosture: no motion gets a {body.name} up from here.")
             return [GetUp(motions, body)]
-        before, kind = _STEPS[family]
+        before, kind = _TRANSITIONS[family]
         motion: Motion | None = motion_for(kind, body)
         if motion is None:
             raise NaoqiRefused(
@@ -125,38 +125,38 @@ _FAMILY_NAMES: Final = (
 )
 """Confirmed: vendor's page on postures."""
 LEG_SPEED: Final = 1.0
-"""rad/s that a leg joint turns at most on the way between postures at speed 1: faster ways tip the robot (the \
-robot's own planner is not published; assumed)."""
-_SIT_SPEED: Final = 0.3
+"""rad/s of a leg joint between postures at most, at speed 1: the robot tips over at faster ones (the robot's
+own planner is not published; assumed)."""
+_SIT_LEG_SPEED: Final = 0.3
 """rad/s, the same into `Sit` at any speed: with its knees up an emulated robot leans back by 20 degrees, and
-rolls over from 25 on."""
+tips over from 25 on."""
 _MAX_DEVIATION: Final = 0.25
-"""rad that the legs may be off a posture to be said to be in it (assumed)."""
-_STIFFENING: Final = 0.5
-"""s in which waking and resting change the stiffness."""
-_SETTLING: Final = 300
-"""ms after which the joints are where they were sent, by the sensors (assumed)."""
-_STILL: Final = 0.1
-"""rad/s; a torso that turns faster, also during the last `_SETTLING`, may be falling (assumed)."""
-_LONGEST_SETTLING: Final = 3000
-"""ms after which it is judged however it moves: a fall takes less."""
+"""Largest deviation of the legs from a posture, rad (assumed)."""
+_STIFFEN_TIME: Final = 0.5
+"""Duration of a change of the stiffness by waking and resting, s."""
+_SETTLE_TIME: Final = 300
+"""ms from a command to its measurement (assumed)."""
+_MAX_STILL_RATE: Final = 0.1
+"""rad/s; the torso may be falling if it turned faster within the last `_SETTLE_TIME` (assumed)."""
+_MAX_SETTLE_TIME: Final = 3000
+"""ms after which the posture is judged in any motion: a fall takes less."""
 REST_SPEED: Final = 0.6
-LEGS_AT_REST: Final = 0.1
-"""Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, knees and
-ankles rest at the ends of their ranges, and the torso turns backwards about the limp hips within 4 s (V5 and V6
-on PyBullet, V3 on MuJoCo; V5 and V6 stay there). From 0.05 on it stays, as it does with twice the assumed dry
-friction (V5 on PyBullet)."""
+REST_STIFFNESS: Final = 0.1
+"""Stiffness of the legs at rest; all else gets 0, as all does on the robot. Without it, knees and ankles rest
+at the ends of their ranges, and the torso turns backwards about the limp hips within 4 s (V5 and V6 on
+PyBullet, V3 on MuJoCo). From 0.05 on it stays, as it does with twice the assumed dry friction (V5 on
+PyBullet)."""
 _LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
 
 
-def _known(name: Any, what: str) -> str:
-    posture = text(name, what)
+def _checked_posture(name: Any, label: str) -> str:
+    posture = text(name, label)
     if posture not in POSTURES:
         raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
     return posture
 
 
-Posture = Annotated[str, _known]
+Posture = Annotated[str, _checked_posture]
 
 
 class Postures:
@@ -165,7 +165,7 @@ class Postures:
     Args:
         joints: of the robot.
         motion: moves them.
-        tasks: for calls that end when the motion does.
+        tasks: for calls that end with the motion.
     """
 
     def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks) -> None:
@@ -173,11 +173,11 @@ class Postures:
         self._transitions = PostureTransitions(joints)
         self._all = joints.names.all
         self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
-        """Whether the robot was woken up and not laid to rest since."""
+        """Whether the last of waking and resting is waking."""
 
     @offers("ALRobotPosture.getPosture")
     def now(self) -> str:
-        """The posture that the robot is in, by legs and fused angle, or `Unknown`."""
+        """The robot's posture by legs and fused angle, or `Unknown`."""
         best, off = "Unknown", _MAX_DEVIATION
         for name in POSTURES:
             furthest = self._deviation(name)
@@ -193,15 +193,15 @@ class Postures:
 
     @property
     def leaning(self) -> bool:
-        """The torso leans because a way to a posture wants it to: no fall."""
+        """The torso leans because of a transition, which is no fall."""
         return self._transitions.under_way
 
     @offers("ALRobotPosture.goToPosture", kind="posture")
     def go_to(self, name: Posture, speed: Fraction) -> Future[Any]:
-        """Go to a posture: get up, sit down or lie down, then joint by joint; true when the robot rests in it.
+        """Move to a posture: get up, sit down or lie down, then joint by joint; true: the robot rests in it.
 
         Raises:
-            NaoqiRefused: unknown posture, or a body without a motion that the way needs.
+            NaoqiRefused: unknown posture, or the body lacks a motion to it.
         """
         way = self._transitions.to(FAMILIES[name])
 
@@ -215,7 +215,7 @@ class Postures:
 
     @offers("ALRobotPosture.applyPosture", kind="posture")
     def apply(self, name: Posture, speed: Fraction) -> Future[Any]:
-        """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
+        """Move the joints to a posture's angles from any pose; true: they are reached."""
         task = self._stiffen_and_reach(name, speed)
         return self._tasks.begin(task, "applyPosture", self._all, locks=True, stopped=False)
 
@@ -231,11 +231,11 @@ class Postures:
         return self._tasks.begin(task(), "wakeUp", self._all)
 
     def rest(self, part: Any = "Body") -> Future[Any]:
-        """Crouch, if the robot is upright, and switch the stiffness off; a part without legs only goes limp."""
+        """Crouch, if the robot is upright, and switch the stiffness off; without legs only the latter."""
         joints = self._joints.names.resolve(part)
         if not set(joints) & set(_LEGS):
             return self._tasks.begin(
-                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFENING]] * len(joints)),
+                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFEN_TIME]] * len(joints)),
                 "rest",
                 joints,
             )
@@ -243,18 +243,18 @@ class Postures:
         def task() -> MotionTask:
             if self._transitions.family() == "Standing" and self.now() != "Crouch":
                 yield from self._reach("Crouch", REST_SPEED)
-            yield from self._stiffen(0.0, legs=LEGS_AT_REST)
+            yield from self._stiffen(0.0, legs=REST_STIFFNESS)
             self.awake = False
 
         return self._tasks.begin(task(), "rest", self._all)
 
     def _stiffen(self, value: float, legs: float) -> MotionTask:
         values = [[legs if joint in _LEGS else value] for joint in self._all]
-        yield from self._motion.stiffen(self._all, values, [[_STIFFENING]] * len(self._all))
+        yield from self._motion.stiffen(self._all, values, [[_STIFFEN_TIME]] * len(self._all))
 
     def _stiffen_and_reach(self, posture: str, speed_fraction: float) -> MotionTask:
-        """Switch limp joints on and go; whether the robot is in the posture then, and the right way up."""
-        if min(self._joints.stiffness(joint) for joint in self._all) <= LEGS_AT_REST:
+        """Stiffen limp joints and move; whether the robot is in the posture then, upright if it should be."""
+        if min(self._joints.stiffness(joint) for joint in self._all) <= REST_STIFFNESS:
             yield from self._stiffen(1.0, legs=1.0)
             self.awake = True
         yield from self._reach(posture, speed_fraction)
@@ -262,15 +262,15 @@ class Postures:
         return self._deviation(posture) <= _MAX_DEVIATION and self._transitions.family() == FAMILIES[posture]
 
     def _settle(self) -> MotionTask:
-        """Wait until the torso has been still for a while."""
+        """Wait until the torso is still."""
         begin = moved = self._joints.now
-        while self._joints.now < min(moved + _SETTLING, begin + _LONGEST_SETTLING):
-            if max(map(abs, self._joints.frame.gyroscope)) > _STILL:
+        while self._joints.now < min(moved + _SETTLE_TIME, begin + _MAX_SETTLE_TIME):
+            if max(map(abs, self._joints.frame.gyroscope)) > _MAX_STILL_RATE:
                 moved = self._joints.now
             yield self._joints.now + 1
 
     def _deviation(self, posture: str) -> float:
-        """Farthest leg joint from a posture by the sensors, rad."""
+        """Largest measured deviation of a leg joint from a posture, rad."""
         position = POSTURES[posture]
         return max(abs(position[INDEX_WITH_MIRROR[j]] - self._joints.measured(j)) for j in _LEGS)
 
@@ -279,10 +279,10 @@ class Postures:
         targets = {j: position[INDEX_WITH_MIRROR[j]] for j in self._all}
         angles = (abs(targets[j] - self._joints.commanded(j)) for j in _LEGS if j in targets)
         speed = LEG_SPEED * speed_fraction
-        slowest = max(angles) / (min(speed, _SIT_SPEED) if posture == "Sit" else speed)
+        slowest = max(angles) / (min(speed, _SIT_LEG_SPEED) if posture == "Sit" else speed)
         seconds = max(slowest, self._motion.time_to(self._all, list(targets.values()), speed_fraction))
         values = [[value] for value in targets.values()]
-        yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
+        yield from self._motion.interpolate(self._all, values, [[seconds]] * len(self._all))
         return True
 
     @offers("ALRobotPosture.setMaxTryNumber", partly="one try is made")

@@ -13,7 +13,7 @@ import numpy as np
 from bridge.adapters.naoqi.core.frames import LinkFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
-from bridge.adapters.naoqi.core.sensing import CONTACT
+from bridge.adapters.naoqi.core.sensing import CONTACT_FORCE
 from bridge.adapters.naoqi.declared import Pairs, Setting, flag, offers, text
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
@@ -24,20 +24,20 @@ from bridge.stance import STANCE
 from bridge.types import Array
 from bridge.validation import unknown_name
 
-STIFF: Final = 0.6
-"""Stiffness of the legs that a walk needs more of (confirmed: vendor's page)."""
-FEET: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
-STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
+WALK_STIFFNESS: Final = 0.6
+"""Stiffness that the legs must exceed for a walk (confirmed: vendor's page)."""
+FOOT_CONTACT: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
+LEG_STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
 
 
 def stays_stiff(stiffnesses: Any) -> bool:
     """Whether legs of these stiffnesses can walk."""
     values = stiffnesses if isinstance(stiffnesses, list) else [stiffnesses]
-    return all(isinstance(value, int | float) and value > STIFF for value in values)
+    return all(isinstance(value, int | float) and value > WALK_STIFFNESS for value in values)
 
 
 class WalkProtection:
-    """Not thread-safe, the caller locks.
+    """Conditions of a walk; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
@@ -45,7 +45,7 @@ class WalkProtection:
 
     def __init__(self, joints: Joints) -> None:
         self._joints = joints
-        self._enabled = {FEET: True, STIFFNESS: True}
+        self._enabled = {FOOT_CONTACT: True, LEG_STIFFNESS: True}
 
     @offers(
         "ALMotion.setMotionConfig", partly="the two conditions hold when a walk begins; they do not end a walk"
@@ -64,38 +64,40 @@ class WalkProtection:
         self._enabled |= wanted
 
     def require(self, method: str) -> None:
-        """See that a walk may begin.
+        """Check that a walk may begin.
 
         Args:
             method: that begins it, with its service.
 
         Raises:
-            NaoqiRefused: a condition that is on does not hold; names it.
+            NaoqiRefused: names the unmet condition.
         """
         frame = self._joints.frame
-        if self._enabled[FEET] and sum(frame.fsr) <= CONTACT:
+        if self._enabled[FOOT_CONTACT] and sum(frame.fsr) <= CONTACT_FORCE:
             raise NaoqiRefused(
-                f"{method}: no foot touches the ground; put the robot on its feet, or switch {FEET} "
+                f"{method}: no foot touches the ground; put the robot on its feet, or switch {FOOT_CONTACT} "
                 "off with setMotionConfig."
             )
-        soft = [j for leg in ("LLeg", "RLeg") for j in CHAINS[leg] if self._joints.stiffness(j) <= STIFF]
-        if self._enabled[STIFFNESS] and soft:
+        soft = [
+            j for leg in ("LLeg", "RLeg") for j in CHAINS[leg] if self._joints.stiffness(j) <= WALK_STIFFNESS
+        ]
+        if self._enabled[LEG_STIFFNESS] and soft:
             raise NaoqiRefused(
-                f"{method}: the stiffness of {soft[0]} is not above {STIFF:g}; call wakeUp or "
-                f"setStiffnesses first, or switch {STIFFNESS} off with setMotionConfig."
+                f"{method}: the stiffness of {soft[0]} is not above {WALK_STIFFNESS:g}; call wakeUp or "
+                f"setStiffnesses first, or switch {LEG_STIFFNESS} off with setMotionConfig."
             )
 
 
-LIMP: Final = FallSettings().stiffness
-"""Of all joints in a fall (assumed: the vendor's page says only that the stiffness is reduced)."""
+FALL_STIFFNESS: Final = FallSettings().stiffness
+"""Of all joints in a fall (assumed: by the vendor's page the stiffness is reduced)."""
 
 
 class FallManager:
-    """Watches each frame; not thread-safe, the caller locks.
+    """Detection of and reaction to falls; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
-        motion: whose motions end in a fall.
+        motion: its motions end in a fall.
     """
 
     enabled = Setting("ALMotion.FallManagerEnabled", True, bool)
@@ -105,29 +107,29 @@ class FallManager:
         self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
 
     def update(self, frame: SensorFrame, *, leaning: bool) -> bool:
-        """One cycle; whether the robot goes limp in it.
+        """Update in each cycle; whether the robot becomes limp.
 
         Args:
             frame: newest.
-            leaning: a motion to a posture wants the torso to lean; that is no fall.
+            leaning: the torso leans because of a transition, which is no fall.
         """
         if not self._monitor.update(frame) or leaning or not self.enabled:
             return False
         self._motion.end_all()
         for joint in self._joints.names.all:
-            if self._joints.stiffness(joint) > LIMP:
-                self._joints.put_stiffness(joint, [(0.0, LIMP)])
+            if self._joints.stiffness(joint) > FALL_STIFFNESS:
+                self._joints.put_stiffness(joint, [(0.0, FALL_STIFFNESS)])
         return True
 
 
 ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}
-MARGIN: Final = 0.001
-"""m that an arm keeps from the body (assumed; the vendor's posture LyingBack comes that near)."""
-NEAR: Final = 0.02
-"""m below which `isCollision` says `near` (assumed)."""
-_BALLS: Final = 6
+ARM_MARGIN: Final = 0.001
+"""Least distance of an arm from the body, m (assumed; that of the vendor's posture LyingBack)."""
+NEAR_DISTANCE: Final = 0.02
+"""Distance below which `isCollision` returns `near`, m (assumed)."""
+_N_BALLS: Final = 6
 """Along forearm and hand."""
-_STEP: Final = 1e-3
+_DELTA: Final = 1e-3
 """rad, of the gradient."""
 
 
@@ -143,11 +145,11 @@ class ArmClearance:
         self._links, self._body = links, body
         hand = np.array([body.lengths.LowerArmLength + body.lengths.HandOffsetX, 0.0, 0.0, 1.0])
         elbow = np.array([0.0, 0.0, 0.0, 1.0])
-        self._balls = np.linspace(elbow, hand, _BALLS).T
+        self._balls = np.linspace(elbow, hand, _N_BALLS).T
         """In the ElbowRoll frame, (4, balls)."""
 
     def of(self, arm: str, position: Sequence[float]) -> float:
-        """Distance of an arm, m; negative: so deep inside.
+        """Distance of an arm, m; negative: inside the body.
 
         Args:
             arm: `LArm` or `RArm`.
@@ -192,21 +194,21 @@ def _from_limb(points: Array, frame: Array, top: float, bottom: float, radius: f
 
 
 class ArmProtection:
-    """Not thread-safe, the caller locks.
+    """Keeps arms clear of the body; not thread-safe, the caller locks.
 
     Args:
-        joints: of the robot; their answers are made to keep clear.
+        joints: of the robot.
         links: forward kinematics of the body.
     """
 
     def __init__(self, joints: Joints, links: LinkFrames) -> None:
         self._joints, self._clearance = joints, ArmClearance(joints.body, links)
         self._enabled = {"LArm", "RArm"}
-        """Both when a robot is switched on (confirmed: as in `robot_facts`)."""
+        """Both at the start (confirmed: as in `robot_facts`)."""
         joints.shield = self._clear
 
     def _clear(self, wanted: tuple[float, ...], sent: tuple[float, ...]) -> tuple[float, ...]:
-        """Safe positions in place of 25 wanted ones, after those sent before, rad."""
+        """Safe positions for 25 wanted ones, from the last ones sent, rad."""
         position = np.array(wanted)
         for arm in sorted(self._enabled):
             slots = [slot(j) for j in CHAINS[arm] if j in self._joints.guarded and not j.endswith("Hand")]
@@ -222,12 +224,12 @@ class ArmProtection:
             position[slots] = angles
             return self._clearance.of(arm, position.tolist())
 
-        if clearance(wanted[slots]) >= MARGIN:
+        if clearance(wanted[slots]) >= ARM_MARGIN:
             return wanted[slots]
         now = clearance(before)
-        least = MARGIN if now >= 0.5 * MARGIN else now
+        least = ARM_MARGIN if now >= 0.5 * ARM_MARGIN else now
         step = wanted[slots] - before
-        gradient = np.array([clearance(before + row) - now for row in _STEP * np.eye(len(slots))]) / _STEP
+        gradient = np.array([clearance(before + row) - now for row in _DELTA * np.eye(len(slots))]) / _DELTA
         short = least - now - gradient @ step
         if short > 0.0 and gradient @ gradient > 0.0:
             step = step + short / (gradient @ gradient) * gradient
@@ -248,13 +250,13 @@ class ArmProtection:
 
     @offers("ALMotion.isCollision", partly="forearm and hand")
     def _state(self, chain: Any) -> str:
-        """By the commands: an arm that is sent into the body touches it."""
+        """State by the commands: an arm sent into the body touches it."""
         arms = _arms(chain, "isCollision")
         position = list(self._joints.frame.position)
         for joint in self._joints.names.resolve(list(arms)):
             position[slot(joint)] = self._joints.commanded(joint)
         least = min(self._clearance.of(arm, position) for arm in arms)
-        return "collision" if least <= 0.0 else "near" if least < NEAR else "none"
+        return "collision" if least <= 0.0 else "near" if least < NEAR_DISTANCE else "none"
 
     @offers("ALMotion.getCollisionProtectionEnabled")
     def _get_collision_protection_enabled(self, chain: Any) -> Any:

@@ -1,8 +1,7 @@
 """Facts about the robot and its computer: `RobotConfig` keys, ALSystem, ALRobotModel, ALConnectionManager.
 
-And settings without effect here (reflexes, idle motions, autonomous abilities, perception). Programs set them
-at their start and read them back. They are remembered; the log says once of each that is switched on that it
-has no effect.
+And settings without effect here (reflexes, idle motions, autonomous abilities, perception), which programs set
+at their start and read back. They are remembered; the log warns once of each that is switched on.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.declared import KEPT, Answers, Setting, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Setting, offers
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 
@@ -27,20 +26,20 @@ _VERSIONS: Final = {
     "nao-v5": ("V50", "2.1.4.13"),
     "nao-v6": ("V60", "2.8.5.10"),
 }
-"""Data sheet -> version of head and body, and of a NAOqi that ran on it (assumed: one of several)."""
+"""Data sheet -> version of head and body, and of its NAOqi (assumed: one of several)."""
 
 
-_BODY: Final = ("Device/LeftArm", "Device/RightArm", "Device/Hand/Left", "Device/Hand/Right", "Device/Legs")
-_VERSIONED: Final = ("Head", "Body", *(f"Body/{part}" for part in _BODY))
-"""Parts whose version is known by a key (confirmed: a log of NAOqi 2.1, and the keys of ROS drivers); here the
+_PARTS: Final = ("Device/LeftArm", "Device/RightArm", "Device/Hand/Left", "Device/Hand/Right", "Device/Legs")
+_VERSIONED_PARTS: Final = ("Head", "Body", *(f"Body/{part}" for part in _PARTS))
+"""Parts with a key for their version (confirmed: a log of NAOqi 2.1, and the keys of ROS drivers); here the
 body's."""
-MICROPHONES: Final = "2"
+MICROPHONES_VERSION: Final = "2"
 """Version of the microphones (confirmed: a log of NAOqi 2.1)."""
 
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """Facts about the served robot that never change.
+    """Constant facts about the served robot.
 
     Args:
         body: Data sheet.
@@ -74,8 +73,8 @@ class RobotConfig:
             "RobotConfig/Body/BaseVersion": version,
             "RobotConfig/Head/BaseVersion": version,
             "RobotConfig/Head/FullHeadId": serial,
-            **{f"RobotConfig/{part}/Version": version[1:] for part in _VERSIONED},
-            "RobotConfig/Head/Device/Micro/Version": MICROPHONES,
+            **{f"RobotConfig/{part}/Version": version[1:] for part in _VERSIONED_PARTS},
+            "RobotConfig/Head/Device/Micro/Version": MICROPHONES_VERSION,
             "RobotConfig/Body/SoftwareRequirement": self.naoqi_version,
             "Device/DeviceList/ChestBoard/BodyId": serial,
             "Device/DeviceList/ChestBoard/BodyNickName": self.name,
@@ -136,7 +135,7 @@ class RobotFacts:
             "ALRobotModel.hasHands": lambda self: self._config.hands,
             "ALRobotModel.getConfigMap": lambda self: _preferences(self._config),
             "ALRobotModel._getConfigMap": lambda self: _preferences(self._config),
-            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES),
+            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES_VERSION),
             "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
             "ALConnectionManager.state": lambda self: "ready",
             "ALConnectionManager.technologies": lambda self: ["ethernet"],
@@ -145,7 +144,7 @@ class RobotFacts:
     )
     network = Answers(
         {"ALConnectionManager.services": lambda self: [_WIRED]},
-        partly="one wired service, which stands for the network of this machine",
+        partly="one wired service, in place of this machine's network",
     )
 
     @offers("ALConnectionManager.scan", partly="nothing is looked for")
@@ -173,11 +172,11 @@ _WIRED: Final[list[list[Any]]] = [
     ["Security", []],
     ["Error", ""],
 ]
-"""The one network service: how programs reach the robot (vendor's page on NetworkInfo)."""
+"""The one network service (vendor's page on NetworkInfo)."""
 
 
 def _free_kilobytes() -> int:
-    """Memory of this machine that is free."""
+    """Free memory of this machine."""
     return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
@@ -192,7 +191,7 @@ def _preferences(config: RobotConfig) -> dict[str, str]:
 
 
 def _xml(preferences: Mapping[str, str]) -> str:
-    """Preferences as NAOqi's configuration files have them."""
+    """Preferences in the format of NAOqi's configuration files."""
     lines = (
         f'  <Preference memoryName={quoteattr(key)} description="" value={quoteattr(value)} type="string" />'
         for key, value in preferences.items()
@@ -201,10 +200,10 @@ def _xml(preferences: Mapping[str, str]) -> str:
     return "\n".join([head, *lines, "</ModulePreference>"])
 
 
-_READ_BY_GET: Final = ("ALMotion", "ALAutonomousMoves")
-"""Services whose switches are read with `get...`; those of others with `is...`."""
+_GET_READERS: Final = ("ALMotion", "ALAutonomousMoves")
+"""Services with readers `get...` of their switches; others have `is...`."""
 _OF_A_PART: Final = ("IdlePostureEnabled", "ExternalCollisionProtectionEnabled", "Parameter")
-"""Settings of one chain, protection or name each, which comes first."""
+"""Settings of a chain, protection or name, which is the first argument."""
 _SETTINGS: Final[dict[str, Any]] = {
     "ALMotion.IdlePostureEnabled": False,
     "ALMotion.SmartStiffnessEnabled": True,
@@ -232,22 +231,22 @@ _SETTINGS: Final[dict[str, Any]] = {
     "ALSoundDetection.Parameter": None,
     "ALSoundLocalization.Parameter": None,
 }
-"""Setting -> its value before it is set; its type is the setting's. Reflexes are on when a robot is switched on
-(confirmed: check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm); others are assumed but for ALNavigation."""
+"""Setting -> its initial value, which has the setting's type. Reflexes are on at the start (confirmed:
+check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm); others are assumed except for ALNavigation."""
 
 
 def _setting(name: str, default: Any) -> Setting:
     service, _, setting = name.partition(".")
     kind = {bool: bool, int: float, float: float, str: str}.get(type(default), Any)
-    reader = "is" if kind is bool and service not in _READ_BY_GET else "get"
+    reader = "is" if kind is bool and service not in _GET_READERS else "get"
     part = setting in _OF_A_PART
-    return Setting(name, default, kind, KEPT, reader=reader, returns=True, of_part=part)
+    return Setting(name, default, kind, INERT, reader=reader, returns=True, of_part=part)
 
 
 class _Others:
     @offers("ALPeoplePerception.resetPopulation")
     def _reset(self) -> None:
-        """Forget all people; there are none."""
+        """Without effect: there are no people."""
 
 
 InertSettings = type(

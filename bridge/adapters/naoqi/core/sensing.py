@@ -1,4 +1,4 @@
-"""Services of sensors, and the events that the state of the robot raises.
+"""Services of sensors, and events of the robot's state.
 
 Touches, falls, ground contact, postures, battery and heat raise events; ALSonar, ALTouch, ALSensors, ALBattery
 and ALBodyTemperature answer calls.
@@ -15,7 +15,7 @@ from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import absent_joints
@@ -24,10 +24,10 @@ from bridge.messages import SensorFrame
 from bridge.messages.dcm import PREFIX
 from bridge.stance import FALLEN_TILT
 
-CONTACT: Final = 5.0
-"""N on a sole (or on both together) from which it touches the ground (assumed)."""
-_SECOND: Final = 100
-"""Cycles between two looks at slow quantities."""
+CONTACT_FORCE: Final = 5.0
+"""Force on a sole (or on both together) from which it touches the ground, N (assumed)."""
+_SLOW_CYCLES: Final = 100
+"""Cycles between two checks of slow quantities."""
 _BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
 _EVENTS: Final = {
     "ChestBoard/Button": "ChestButtonPressed",
@@ -46,12 +46,12 @@ _EVENTS: Final = {
     "RHand/Touch/Right": "HandRightRightTouched",
 }
 """Button -> its event; both bumpers of a foot have the same."""
-_FIRST: Final[dict[str, Any]] = {
+_INITIAL_VALUES: Final[dict[str, Any]] = {
     "ALMotion/RobotIsFalling": False,
-    **{f"ALMotion/Stiffness/{what}": False for what in ("wakeUpStarted", "wakeUpFinished")},
-    **{f"ALMotion/Stiffness/{what}": False for what in ("restStarted", "restFinished")},
-    **{f"Sonar{side}{what}Detected": 0.0 for side in ("Left", "Right") for what in ("", "Nothing")},
-    **{f"ALTracker/{what}": "" for what in ("TargetLost", "TargetReached", "TargetDetected")},
+    **{f"ALMotion/Stiffness/{event}": False for event in ("wakeUpStarted", "wakeUpFinished")},
+    **{f"ALMotion/Stiffness/{event}": False for event in ("restStarted", "restFinished")},
+    **{f"Sonar{side}{event}Detected": 0.0 for side in ("Left", "Right") for event in ("", "Nothing")},
+    **{f"ALTracker/{event}": "" for event in ("TargetLost", "TargetReached", "TargetDetected")},
     "ALTracker/ActiveTargetChanged": "",
     "ALAnimatedSpeech/EndOfAnimatedSpeech": 0,
     "ALBasicAwareness/HumanTracked": -1,
@@ -60,7 +60,7 @@ _FIRST: Final[dict[str, Any]] = {
     "ALBasicAwareness/StimulusDetected": "",
     "PeoplePerception/PeopleList": [],
 }
-"""Event -> its value before it is raised for the first time (assumed)."""
+"""Event -> its initial value (assumed)."""
 BATTERY_FLAGS: Final = {
     "BatteryPowerPluggedChanged": 0x8000,
     "BatteryChargingFlagChanged": 0x0080,
@@ -72,22 +72,22 @@ BATTERY_FLAGS: Final = {
 
 @dataclass(frozen=True)
 class _Watched:
-    """A value of the robot's state whose change is an event."""
+    """A value of the robot's state with an event for its changes."""
 
     event: str
     value: Callable[[SensorFrame], Any]
     every: int = 1
-    """Cycles between two looks."""
+    """Cycles between two checks."""
     quiet: Any = None
-    """A value that is stored without an event."""
+    """A value stored without an event."""
 
 
 class RobotEvents:
-    """Looks at each frame; not thread-safe, the caller locks.
+    """Raises the events of changes between frames; not thread-safe, the caller locks.
 
     Args:
         events: to be raised.
-        memory: gets the keys that have no event.
+        memory: for the keys without an event.
         postures: of the robot.
         frame: the first one.
     """
@@ -100,23 +100,23 @@ class RobotEvents:
         events.declare("TouchChanged", "ALTouch", [])
         self._watched = [
             _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN_TILT), quiet=0.0),
-            _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT),
+            _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT_FORCE),
             _Watched("robotIsWakeUp", lambda _: postures.awake),
-            _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SECOND),
-            _Watched("PostureChanged", lambda _: postures.now(), _SECOND),
-            _Watched("PostureFamilyChanged", lambda _: postures.family(), _SECOND),
-            _Watched("BatteryChargeChanged", lambda f: round(100.0 * f.battery[0]), _SECOND),
-            _Watched("HotJointDetected", hot_joints, _SECOND),
-            *(_Watched(event, _flag(bit), _SECOND) for event, bit in BATTERY_FLAGS.items()),
+            _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SLOW_CYCLES),
+            _Watched("PostureChanged", lambda _: postures.now(), _SLOW_CYCLES),
+            _Watched("PostureFamilyChanged", lambda _: postures.family(), _SLOW_CYCLES),
+            _Watched("BatteryChargeChanged", lambda f: round(100.0 * f.battery[0]), _SLOW_CYCLES),
+            _Watched("HotJointDetected", hot_joints, _SLOW_CYCLES),
+            *(_Watched(event, _flag(bit), _SLOW_CYCLES) for event, bit in BATTERY_FLAGS.items()),
         ]
         self._values = {watched.event: watched.value(frame) for watched in self._watched}
-        for event, value in (_FIRST | self._values).items():
+        for event, value in (_INITIAL_VALUES | self._values).items():
             events.declare(event, "", value)
         memory.provide(
             {
-                "footContact": lambda: float(sum(self._frame.fsr) > CONTACT),
-                "leftFootContact": lambda: float(sum(self._frame.fsr[:4]) > CONTACT),
-                "rightFootContact": lambda: float(sum(self._frame.fsr[4:]) > CONTACT),
+                "footContact": lambda: float(sum(self._frame.fsr) > CONTACT_FORCE),
+                "leftFootContact": lambda: float(sum(self._frame.fsr[:4]) > CONTACT_FORCE),
+                "rightFootContact": lambda: float(sum(self._frame.fsr[4:]) > CONTACT_FORCE),
                 "leftFootTotalWeight": lambda: sum(self._frame.fsr[:4]) / KILOGRAM,
                 "rightFootTotalWeight": lambda: sum(self._frame.fsr[4:]) / KILOGRAM,
             }
@@ -140,16 +140,16 @@ class RobotEvents:
         return done
 
     def update(self, frame: SensorFrame) -> None:
-        """A new sensor frame; raises the events that it brings."""
+        """Take a new sensor frame and raise its events."""
         before, self._frame = self._frame, frame
         self._count += 1
         if frame.touch != before.touch:
             self._touched(before.touch, frame.touch)
         for watched in self._watched:
             if self._count % watched.every == 0:
-                self._look(watched)
+                self._check(watched)
 
-    def _look(self, watched: _Watched) -> None:
+    def _check(self, watched: _Watched) -> None:
         value = watched.value(self._frame)
         if value == self._values[watched.event]:
             return
@@ -169,12 +169,12 @@ class RobotEvents:
 
 
 def touch_status(frame: SensorFrame) -> list[list[Any]]:
-    """`[[button, whether it is pressed], ...]` of all buttons."""
+    """`[[button, is pressed], ...]` of all buttons."""
     return [[name, value > 0.5] for name, value in zip(_BUTTONS, frame.touch, strict=True)]
 
 
 def hot_joints(frame: SensorFrame) -> list[str]:
-    """Joints whose motors are so warm that their current is limited."""
+    """Joints whose hot motors have a limited current."""
     return [joint for joint, value in zip(JOINTS, frame.temperature, strict=True) if motor_status(value)]
 
 
@@ -182,25 +182,25 @@ def _flag(bit: int) -> Callable[[SensorFrame], bool]:
     return lambda frame: bool(int(frame.battery[2]) & bit)
 
 
-QUIET: Final = {
+QUIET_SERVICES: Final = {
     "ALPeoplePerception": "PeoplePerception/PeopleDetected",
     "ALSoundDetection": "SoundDetected",
     "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
 }
-"""Service that perceives nothing, for want of people and sound -> its event."""
+"""Service that perceives nothing, without people and sound -> its event."""
 QUIET_VISION: Final = {
     "ALBarcodeReader": "BarcodeReader/BarcodeDetected",
     "ALDarknessDetection": "DarknessDetection/DarknessDetected",
     "ALMovementDetection": "MovementDetection/MovementDetected",
     "ALVisionRecognition": "PictureDetected",
 }
-"""As `QUIET`, of services that look through a camera."""
+"""As `QUIET_SERVICES`, of services with a camera."""
 MAX_SUBSCRIBERS = 1000
-_LONGEST = 3_600_000
+_MAX_PERIOD = 3_600_000
 """ms"""
 
 
-Period = Annotated[int, Range(0, _LONGEST, "ms")]
+Period = Annotated[int, Range(0, _MAX_PERIOD, "ms")]
 
 
 class Extractor:
@@ -208,10 +208,10 @@ class Extractor:
 
     Args:
         service: its name.
-        events: that it raises are declared there.
+        events: for the declaration of its events.
         raised: names of its events.
-        keys: further keys of ALMemory that it writes.
-        period: between two results, ms, of a subscriber that gives none.
+        keys: further keys that it writes.
+        period: default between two results, ms.
         quiet: it perceives nothing, and its events hold empty lists.
         left_out: omission of `subscribe`.
     """
@@ -237,12 +237,12 @@ class Extractor:
 
     @property
     def running(self) -> bool:
-        """Whether anybody subscribed to the service, or to one of its events."""
+        """Whether the service or one of its events has a subscriber."""
         return bool(self._subscribers) or any(self._events.subscribers(event) for event in self._raised)
 
     @property
     def period(self) -> int:
-        """Between two results, ms: the shortest that was asked for."""
+        """Between two results, ms: the subscribers' shortest."""
         return min((period for period, _ in self._subscribers.values()), default=self._period)
 
     @offers(".subscribe")
@@ -299,7 +299,7 @@ class Extractor:
 
 
 class VisionExtractor(Extractor):
-    """An extractor that looks through a camera; not thread-safe, the caller locks."""
+    """An extractor with a camera; not thread-safe, the caller locks."""
 
     def __init__(
         self,
@@ -315,12 +315,12 @@ class VisionExtractor(Extractor):
         self.camera = 0
         """0 top, 1 bottom."""
         self._paused = False
-        self._kept: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
-        """Settings without effect here, with the values before they are set (assumed)."""
+        self._settings: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
+        """Settings without effect here, with their initial values (assumed)."""
 
     @property
     def processing(self) -> bool:
-        """Whether it runs, and is not paused."""
+        """Whether it runs without a pause."""
         return self.running and not self._paused
 
     @offers(".setActiveCamera")
@@ -332,21 +332,21 @@ class VisionExtractor(Extractor):
     def _pause(self, paused: bool) -> None:
         self._paused = paused
 
-    def _keep(self, name: str, values: Sequence[Any], most: float) -> bool:
-        """Remember a value, which comes alone or behind a subscriber's name."""
+    def _store(self, name: str, values: Sequence[Any], most: float) -> bool:
+        """Store a value, the only argument or the one after a subscriber's name."""
         method = f"{self.service}.set{name}"
         if len(values) not in (1, 2):
             raise NaoqiRefused(f"{method} takes a value, or a name and a value.")
-        self._kept[name] = round(number(values[-1], method, 0, most))
+        self._settings[name] = round(number(values[-1], method, 0, most))
         return True
 
-    @offers(".setFrameRate", partly=KEPT)
+    @offers(".setFrameRate", partly=INERT)
     def _set_frame_rate(self, *values: Any) -> Any:
-        return self._keep("FrameRate", values, 30)
+        return self._store("FrameRate", values, 30)
 
-    @offers(".setResolution", partly=KEPT)
+    @offers(".setResolution", partly=INERT)
     def _set_resolution(self, *values: Any) -> Any:
-        return self._keep("Resolution", values, 8)
+        return self._store("Resolution", values, 8)
 
     @offers(".setParameter", partly="without effect")
     def _set_parameter(self, name: str, value: Any) -> Any:
@@ -357,28 +357,28 @@ class VisionExtractor(Extractor):
             ".getActiveCamera": lambda self: self.camera,
             ".isPaused": lambda self: self._paused,
             ".isProcessing": lambda self: self.processing,
-            ".getFrameRate": lambda self: self._kept["FrameRate"],
-            ".getResolution": lambda self: self._kept["Resolution"],
+            ".getFrameRate": lambda self: self._settings["FrameRate"],
+            ".getResolution": lambda self: self._settings["Resolution"],
         }
     )
 
 
-NEAR: Final = 0.5
-"""m within which the sonar detects something (confirmed: vendor's page)."""
+SONAR_NEAR: Final = 0.5
+"""Range of the sonar's detection, m (confirmed: vendor's page)."""
 _SIDES: Final = ("Left", "Right")
 
 
 class Sonar:
-    """`ALSonar`: raises its events while it runs; not thread-safe, the caller locks.
+    """`ALSonar` and its events; not thread-safe, the caller locks.
 
     Args:
-        joints: whose frames have the distances.
+        joints: of the robot; their frames have the distances.
         events: to be raised.
     """
 
     def __init__(self, joints: Joints, events: Events) -> None:
         self._joints, self._events = joints, events
-        raised = [f"Sonar{side}{what}" for side in _SIDES for what in ("Detected", "NothingDetected")]
+        raised = [f"Sonar{side}{event}" for side in _SIDES for event in ("Detected", "NothingDetected")]
         keys = [PREFIX + key for key in SONAR_KEYS]
         self.extractor = Extractor(
             "ALSonar", events, raised, keys, left_out="period and precision are without effect"
@@ -391,7 +391,7 @@ class Sonar:
             self._near = [None, None]
             return
         for i, (side, distance) in enumerate(zip(_SIDES, self._joints.frame.sonar, strict=True)):
-            near = distance <= NEAR
+            near = distance <= SONAR_NEAR
             if near is not self._near[i]:
                 self._near[i] = near
                 self._events.raise_event(f"Sonar{side}{'' if near else 'Nothing'}Detected", distance)
@@ -440,17 +440,17 @@ class BatteryAndHeat:
         }
     )
 
-    @offers("ALBattery.enablePowerMonitoring", partly=KEPT)
+    @offers("ALBattery.enablePowerMonitoring", partly=INERT)
     def _monitor(self, enabled: bool) -> None:
         """Without effect."""
 
-    @offers("ALBodyTemperature.setEnableNotifications", partly=KEPT)
+    @offers("ALBodyTemperature.setEnableNotifications", partly=INERT)
     def _notify(self, enabled: bool) -> None:
         self._notifies = enabled
 
 
 def _diagnosis(joints: Joints) -> list[Any]:
-    """`[level, [joint, ...]]`: 1 or 2 and the joints that are that warm; empty when none is."""
+    """`[level, [joint, ...]]`: 1 or 2 and the joints of that heat; empty: none."""
     absent = absent_joints(joints.body)
     statuses = {
         joint: motor_status(value)

@@ -53,7 +53,7 @@ ACCELEROMETER_KEYS: Final = tuple(f"InertialSensor/Accelerometer{axis}/Sensor/Va
 GYROSCOPE_KEYS: Final = tuple(f"InertialSensor/Gyroscope{axis}/Sensor/Value" for axis in "XYZ")
 OLD_GYROSCOPE_KEYS: Final = ("InertialSensor/GyrX/Sensor/Value", "InertialSensor/GyrY/Sensor/Value")
 """The two axes of V3 and V4 until NAOqi 1.14; counts of 12/1600 rad/s (confirmed: B-Human 2013). Samples for
-NAOqi 2.1 read them still (the unit there is assumed to be the same)."""
+NAOqi 2.1 read them too (the unit there is assumed to be the same)."""
 _OLD_ACCELEROMETER_KEYS: Final = tuple(f"InertialSensor/Acc{axis}/Sensor/Value" for axis in "XYZ")
 """The same samples; m/s^2 (assumed)."""
 OLD_GYROSCOPE_STEP: Final = 12.0 / 1600.0
@@ -68,7 +68,7 @@ JOINT_KEYS: Final[dict[str, str]] = {
 
 
 def getters(body: Body) -> dict[str, Getter]:
-    """Name without prefix -> how to read it from a frame; absent joints and hands have none."""
+    """Name without prefix -> getter of its value from a frame; absent joints and hands have none."""
     table: dict[str, Getter] = {}
     absent = set(absent_joints(body))
     for joint in (j for j in JOINTS if j not in absent):
@@ -85,7 +85,7 @@ def getters(body: Body) -> dict[str, Getter]:
     table |= {k: _item("battery", i) for i, k in enumerate(BATTERY_KEYS)}
     table |= {k: _item("sonar", i) for i, k in enumerate(SONAR_KEYS)}
     # The first echo is the distance; further echoes are not emulated and read as no echo.
-    table |= {k.replace("Value", f"Value{i}"): _no_echo for k in SONAR_KEYS for i in range(1, 10)}
+    table |= {k.replace("Value", f"Value{i}"): _zero for k in SONAR_KEYS for i in range(1, 10)}
     table["US/Sensor/Value"] = _item("sonar", 0)
     table |= {k: _item("angle", i) for i, k in enumerate(ANGLE_KEYS)}
     table["InertialSensor/AngleZ/Sensor/Value"] = _zero
@@ -133,8 +133,4 @@ def _centre(first: int, place: Sequence[float]) -> Getter:
 
 
 def _zero(_: SensorFrame) -> float:
-    return 0.0
-
-
-def _no_echo(_: SensorFrame) -> float:
     return 0.0

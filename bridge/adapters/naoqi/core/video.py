@@ -11,9 +11,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.memory import stamp
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -22,11 +22,11 @@ logger = logging.getLogger(__name__)
 
 RESOLUTIONS: Final = {0: 160, 1: 320, 2: 640, 3: 1280, 4: 2560, 7: 80, 8: 40}
 """Columns by NAOqi's number; three rows for four columns."""
-LAYERS: Final = {**dict.fromkeys(range(9), 1), 9: 2, 10: 3, 11: 3, 12: 3, 13: 3}
+PIXEL_BYTES: Final = {**dict.fromkeys(range(9), 1), 9: 2, 10: 3, 11: 3, 12: 3, 13: 3}
 """Bytes for a pixel by NAOqi's number of the colour space."""
 MAX_RATE: Final = 30
 """Pictures a second."""
-MAX_OF_NAME: Final = 6
+MAX_PER_NAME: Final = 6
 """Subscriptions of one name (vendor's page)."""
 MAX_SUBSCRIPTIONS: Final = 100
 PARAMETERS: Final = {
@@ -34,7 +34,7 @@ PARAMETERS: Final = {
     **{22: 1, 24: 0, 33: 4000, 34: 1, 35: 0, 40: 0, 43: 0},
 }
 """Default by NAOqi's number; of 13, 17, 33, 40 and 43 assumed."""
-_SELECT: Final = 18
+_CAMERA_SELECT_ID: Final = 18
 """`kCameraSelectID`"""
 NO_VALUE: Final = 233493508
 """Result of `getParameter` for an unknown parameter (vendor's page)."""
@@ -49,17 +49,17 @@ class _CameraSubscription:
     space: int
     rate: int
     due: float = 0.0
-    """When the next picture may be taken, this machine's clock, s."""
+    """Earliest time of the next picture, this machine's clock, s."""
 
 
-def camera_number(camera: Any, what: str) -> int:
+def camera_number(camera: Any, label: str) -> int:
     """0 top, 1 bottom.
 
     Raises:
         NaoqiRefused: anything else.
     """
     if isinstance(camera, bool) or camera not in (0, 1):
-        raise NaoqiRefused(f"{what} {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
+        raise NaoqiRefused(f"{label} {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
     return int(camera)
 
 
@@ -71,41 +71,41 @@ class VideoDevice:
 
     Args:
         body: of the robot.
-        eyes: that see for it.
+        feed: pictures of its cameras.
     """
 
-    def __init__(self, body: Body, eyes: Eyes) -> None:
-        self._cameras, self._eyes = cameras(body), eyes
+    def __init__(self, body: Body, feed: CameraFeed) -> None:
+        self._cameras, self._feed = cameras(body), feed
         self._subscriptions: dict[str, _CameraSubscription] = {}
         self._active = 0
         self._parameters: tuple[dict[int, int], dict[int, int]] = (dict(PARAMETERS), dict(PARAMETERS))
 
     @offers("ALVideoDevice.subscribeCamera")
     def subscribe_camera(self, name: str, camera: Any, resolution: Any, space: Any, rate: Any) -> str:
-        """Ask for pictures; the handle of the subscription.
+        """Subscribe to pictures; the handle of the subscription.
 
         Args:
-            name: of the subscriber; the handle is that and a number.
+            name: of the subscriber; the handle is this and a number.
             camera: 0 top, 1 bottom.
             resolution: a key of `RESOLUTIONS`.
-            space: a key of `LAYERS`.
+            space: a key of `PIXEL_BYTES`.
             rate: pictures a second, 1 to 30.
 
         Raises:
-            NaoqiRefused: something that there is not, or too many subscriptions.
+            NaoqiRefused: an unknown value, or too many subscriptions.
         """
         method = "ALVideoDevice.subscribeCamera"
         whose, which = name, camera_number(camera, f"{method}: camera")
         size = self._resolution(resolution, which, method)
         colours = self._space(space, method)
         a_second = _rate(rate, method)
-        for i in range(MAX_OF_NAME):
+        for i in range(MAX_PER_NAME):
             handle = f"{whose}_{i}"
             if handle not in self._subscriptions and len(self._subscriptions) < MAX_SUBSCRIPTIONS:
                 self._subscriptions[handle] = _CameraSubscription(which, size, colours, a_second)
                 return handle
         raise NaoqiRefused(
-            f"{method}: {whose!r:.40} has {MAX_OF_NAME} subscriptions already; unsubscribe some."
+            f"{method}: {whose!r:.40} has {MAX_PER_NAME} subscriptions already; unsubscribe some."
         )
 
     @offers("ALVideoDevice.subscribe")
@@ -115,7 +115,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.unsubscribe")
     def unsubscribe(self, handle: str) -> bool:
-        """End a subscription; whether there was one."""
+        """End a subscription; False: there is none."""
         return any(self._subscriptions.pop(known, None) for known in (handle, f"{handle}_0"))
 
     @offers(
@@ -126,7 +126,7 @@ class VideoDevice:
     def image(self, handle: Any) -> Future[Any] | None:
         """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
 
-        None: the handle has none.
+        None: no such handle.
         """
         of = self._of(handle, "getImageRemote")
         if of.rate <= 0:
@@ -144,12 +144,12 @@ class VideoDevice:
                 return
             moment, data = picture.result()
             across, down = 0.5 * camera.field[0], 0.5 * camera.field[1]
-            head = [width, height, LAYERS[of.space], of.space, *stamp(moment), data, of.camera]
+            head = [width, height, PIXEL_BYTES[of.space], of.space, *stamp(moment), data, of.camera]
             done.set_result([*head, across, -down, -across, down])
 
         def take() -> None:
             try:
-                self._eyes.picture(of.camera, width, height, of.space).add_done_callback(took)
+                self._feed.picture(of.camera, width, height, of.space).add_done_callback(took)
             except NaoqiRefused as error:
                 done.set_exception(error)
 
@@ -164,15 +164,15 @@ class VideoDevice:
         return done
 
     def _of(self, handle: Any, method: str) -> _CameraSubscription:
-        """The subscription of a handle, or of a name; one that counts for nothing where there is none."""
+        """The subscription of a handle or a name, or a new one without effect."""
         name = text(handle, f"ALVideoDevice.{method}: handle")
         found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
         return found or _CameraSubscription(self._active, -1, -1, -1)
 
-    @offers("ALVideoDevice.setCameraParameter", partly=KEPT)
+    @offers("ALVideoDevice.setCameraParameter", partly=INERT)
     def _set_of(self, handle: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
-        if parameter == _SELECT:
+        if parameter == _CAMERA_SELECT_ID:
             known = {h for h in (handle, f"{handle}_0") if h in self._subscriptions}
             return self._set_active(known.pop(), value) if known else self._set_active(value)
         return self._set_parameter(self._of(handle, "setCameraParameter").camera, parameter, value)
@@ -185,7 +185,7 @@ class VideoDevice:
         return int(resolution)
 
     def _space(self, space: Any, method: str) -> int:
-        if not _is_number(space) or space not in LAYERS:
+        if not _is_number(space) or space not in PIXEL_BYTES:
             raise NaoqiRefused(
                 f"{method}: colour space {space!r:.40} is not offered; 0 to 8 (one channel), 9 (YUV 4:2:2), 10 "
                 "(YUV), 11 (RGB), 12 (HSY) and 13 (BGR) are."
@@ -198,7 +198,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.setActiveCamera")
     def _set_active(self, first: Any, camera: Any = None) -> bool:
-        """`(camera)` for all that come by `subscribe`, or `(handle, camera)`."""
+        """`(camera)` for all subscriptions by `subscribe`, or `(handle, camera)`."""
         number = camera_number(first if camera is None else camera, "ALVideoDevice.setActiveCamera: camera")
         if camera is not None:
             self._of(first, "setActiveCamera").camera = number
@@ -253,11 +253,11 @@ class VideoDevice:
         which = camera_number(camera, "ALVideoDevice.getParameter: camera")
         return self._parameters[which].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
 
-    @offers("ALVideoDevice.setParameter", partly=KEPT)
+    @offers("ALVideoDevice.setParameter", partly=INERT)
     def _set_parameter(
         self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
     ) -> bool:
-        """Remember a parameter; without a value its default. Whether there is such a one."""
+        """Store a parameter, without a value its default; False: there is none."""
         which = camera_number(camera, "ALVideoDevice.setParameter: camera")
         if not isinstance(parameter, int) or parameter not in PARAMETERS:
             return False
@@ -266,10 +266,10 @@ class VideoDevice:
         self._parameters[which][parameter] = given
         return True
 
-    @offers("ALVideoDevice.setParam", partly=KEPT)
+    @offers("ALVideoDevice.setParam", partly=INERT)
     def _old_set(self, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setParam` of the active camera; `kCameraSelectID` chooses it."""
-        if parameter == _SELECT:
+        if parameter == _CAMERA_SELECT_ID:
             return self._set_active(value)
         return self._set_parameter(self._active, parameter, value)
 
@@ -278,7 +278,7 @@ class VideoDevice:
         for handle in [h for h in self._subscriptions if name in (h, h.rpartition("_")[0])]:
             del self._subscriptions[handle]
 
-    @offers("ALVideoDevice.setAllParametersToDefault", partly=KEPT)
+    @offers("ALVideoDevice.setAllParametersToDefault", partly=INERT)
     def _reset(self, camera: Any) -> bool:
         self._parameters[camera_number(camera, "ALVideoDevice: camera")].update(PARAMETERS)
         return True
@@ -313,9 +313,9 @@ class VideoDevice:
 
     @offers("ALVideoDevice.getParam")
     def _get_param(self, parameter: Any) -> Any:
-        return self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
+        return self._active if parameter == _CAMERA_SELECT_ID else self._get_parameter(self._active, parameter)
 
-    @offers("ALVideoDevice.setParameterToDefault", partly=KEPT)
+    @offers("ALVideoDevice.setParameterToDefault", partly=INERT)
     def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
         return self._set_parameter(camera, parameter)
 
@@ -323,7 +323,7 @@ class VideoDevice:
     def _get_camera_parameter(self, handle: Any, parameter: Any) -> Any:
         return self._get_parameter(self._of(handle, "getCameraParameter").camera, parameter)
 
-    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=KEPT)
+    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=INERT)
     def _set_all_camera_parameters_to_default(self, handle: Any) -> Any:
         return self._reset(self._of(handle, "setAllCameraParametersToDefault").camera)
 

@@ -1,7 +1,7 @@
 """Handover of the robot between the serving process and a walker process, in both directions.
 
-A robot has one controller at a time. Walking methods give it to a walker that serves the walk command; a call
-that needs the joints takes it back when the walker stands. During a handover the joints keep their last target.
+A robot has one controller at a time. Walking methods hand it to a walker that serves the walk command; a call
+that needs the joints takes it back once the robot stands. During a handover the joints keep their last target.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, Final, Protocol
 
 import msgspec
 
-from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_gone
+from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_lost
 from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused, WalkRefused
 from bridge.link.client import WalkClient
 from bridge.messages.walk import WalkStatus
@@ -27,22 +27,22 @@ from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
 
-_POLL: Final = 0.1
+_POLL_INTERVAL: Final = 0.1
 """s between two queries of the walker's status."""
-_FAST_POLL: Final = 0.02
+_FAST_POLL_INTERVAL: Final = 0.02
 """s, while a call waits for a change of the walker's state."""
 _MAX_WAIT: Final = 30.0
-"""s that a walker may take to start, and to bring the robot to a stand."""
-_LEASE: Final = 5.0
-"""s for which a walker that was killed may hold the robot at most."""
-_MAX_CYCLES: Final = 200
+"""s that a walker may take to start, and to stop the robot."""
+_LEASE_TIMEOUT: Final = 5.0
+"""s that a killed walker may hold the robot."""
+_MAX_START_CYCLES: Final = 200
 """Cycles from an accepted walk to its first step."""
 _WALKING: Final = ("walk", "stopping")
 
 
 Way = Callable[[], tuple[Vec3, Vec3]]
-"""Gives x, y (m) and yaw (rad) of a place in the robot's frame, and a velocity: the walk there makes use of as
-much of the gait's limits as this one."""
+"""Returns x, y (m) and yaw (rad) of a goal in the robot's frame, and a velocity: the walk uses as much of the
+gait's limits as this one."""
 
 
 class StartedWalker(Protocol):
@@ -50,29 +50,29 @@ class StartedWalker(Protocol):
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the process runs."""
 
     def end(self) -> str:
-        """Ask it to end, and wait for that; the sentence it ended with, or nothing."""
+        """End the process; its last sentence, or an empty text."""
 
 
 class JointOwner(Protocol):
-    """The served robot; its methods lock for themselves."""
+    """The served robot; its methods lock."""
 
     def give_away(self) -> None:
-        """Stop the motions of the legs, command no more, and release the lease."""
+        """Stop the motions of the legs, end the commands, and release the lease."""
 
     def take_back(self) -> None:
-        """Ask for the lease and hold the joints where they are; raises `NaoHilError` when that fails."""
+        """Acquire the lease and hold the joints in place; raises `NaoHilError` on failure."""
 
 
 class WalkerHandover:
-    """Starts and ends the walker, and passes walks to it; thread-safe: one thread of its own does all in order.
+    """Starts and ends the walker, and passes walks to it; thread-safe: its one thread does all in order.
 
     Args:
         owner: gives and takes the joints.
         start: starts a walker that serves.
-        client: opens a client of its command.
+        client: opens a client of the walk command.
         gait: to walk in.
     """
 
@@ -85,23 +85,23 @@ class WalkerHandover:
         self._client: WalkClient | None = None
         self._status: WalkStatus | None = None
         self._origin: Vec3 = (0.0, 0.0, 0.0)
-        """Where the present walker's plan begins."""
+        """Beginning of the present walker's plan."""
         self._holds = False
-        """Whether the walker has the robot, or is about to."""
+        """Whether the walker holds the robot, or is about to."""
         self._accepted = 0
-        """Frame at which a walk was accepted that has not begun; 0: none."""
+        """Frame of an accepted walk that has not begun; 0: none."""
         self._stopping = False
-        """Whether the walk was told to end."""
+        """Whether the walk is to end."""
         self._goal: Vec3 | None = None
-        """Where the walk that was ordered last is to end, as `position`; None: nowhere."""
+        """Goal of the last order, as `position`; None: none."""
         self._ends: dict[Future[Any], bool | None] = {}
-        """Calls that wait for the end of the walk, with the refusal of each; None: none."""
+        """Calls that wait for the end of the walk, with the result of each if it is interrupted."""
         self._jobs: queue.Queue[tuple[Callable[[], Any], Future[Any]] | None] = queue.Queue()
         self._lock = threading.Lock()
         self._ordered: set[Future[Any]] = set()
-        """Orders of walks that the walker has not accepted yet."""
+        """Orders of walks not accepted yet."""
         self._waiting: list[Vec3] = []
-        """The velocity of the job that was put last, if it is one and has not begun."""
+        """The velocity of the last job, if it is a waiting velocity."""
         self._thread = threading.Thread(target=self._run, name="walker-handover", daemon=True)
         self._thread.start()
 
@@ -117,7 +117,7 @@ class WalkerHandover:
 
     @property
     def active_or_ordered(self) -> bool:
-        """Whether the robot walks, or will as soon as the walker is there."""
+        """Whether the robot walks, or has an order to."""
         return self.active or bool(self._ordered)
 
     def with_joints(self, work: Callable[[], Any], *, stop: bool) -> Future[Any]:
@@ -125,11 +125,11 @@ class WalkerHandover:
 
         Args:
             work: commands the joints.
-            stop: end a walk for it; otherwise the call waits for one that was stopped; others refuse it.
+            stop: end a walk for it; otherwise wait for a stopping walk, and refuse during another one.
         """
 
         def job() -> Any:
-            """Take the joints and work, or refuse."""
+            """Take the joints back and work, or refuse."""
             if self.active and not (stop or self._stopping):
                 raise NaoqiRefused(
                     "The robot walks, and the walker has its joints; call ALMotion.stopMove first."
@@ -140,14 +140,14 @@ class WalkerHandover:
         return self._submit(job)
 
     def prepare(self) -> Future[Any]:
-        """Hand the robot to the walker, which takes the pose to walk from."""
+        """Hand the robot to the walker, which takes its start pose."""
         return self._submit(self._prepare)
 
     def walk(self, velocity: Vec3) -> Future[Any]:
-        """Walk until told otherwise. All zeros: stand.
+        """Walk without an end; all zeros: stand.
 
-        The future is done when the walker has accepted it, and at once while the robot walks: a program that
-        steers is not held up, and of velocities that wait the newest counts.
+        The future is done when the walker has accepted it, and at once while the robot walks, so that a program
+        can steer; of waiting velocities the newest counts.
 
         Args:
             velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
@@ -168,7 +168,7 @@ class WalkerHandover:
         return done
 
     def _steer(self, waiting: list[Vec3]) -> None:
-        """In the thread of walks: walk at the newest velocity that waited."""
+        """In the thread of walks: walk at the newest waiting velocity."""
         with self._lock:
             velocity = waiting[0]
             if self._waiting is waiting:
@@ -179,25 +179,25 @@ class WalkerHandover:
             logger.warning("%s", error)
 
     def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
-        """Walk a distance; the future is done at the end of the walk: true, or false if another order ended it.
+        """Walk a distance; the future is done at the end of the walk: true, or false after another order.
 
         Args:
             velocity: as for `walk`.
-            distance: m, not negative; 0: nothing happens.
+            distance: m, not negative; 0: no walk.
         """
         order = {"velocity": velocity, "distance": distance} if distance else None
         return self._walk_to_end(lambda: order)
 
     def walk_to(self, way: Way) -> Future[Any]:
-        """Walk to a place; the future is done at the end of the walk: true, or false if another order ended it.
+        """Walk to a goal; the future is done at the end of the walk: true, or false after another order.
 
         Args:
-            way: there, asked for when it is this walk's turn.
+            way: to the goal, called at the beginning of this walk.
         """
         return self._walk_to_end(lambda: self._order(way))
 
     def go_to(self, way: Way) -> Future[Any]:
-        """As `walk_to`, but the future is done when the walker has accepted it."""
+        """As `walk_to`, but done when the walker has accepted it."""
 
         def job() -> None:
             """In the thread of walks."""
@@ -208,7 +208,7 @@ class WalkerHandover:
         return self._submit_order(job)
 
     def _walk_to_end(self, asked: Callable[[], dict[str, Any] | None]) -> Future[Any]:
-        """Walk as ordered; the call ends with the walk, or with its refusal. None: nowhere."""
+        """Walk by an order; the call ends with the walk or its refusal. None: no walk."""
         ended: Future[Any] = Future()
 
         def job() -> None:
@@ -233,7 +233,7 @@ class WalkerHandover:
         return self.wait()
 
     def wait(self) -> Future[Any]:
-        """Done when the robot does not walk."""
+        """Wait for the end of the walk."""
         ended: Future[Any] = Future()
 
         def job() -> None:
@@ -246,37 +246,37 @@ class WalkerHandover:
         return ended
 
     def position(self) -> list[float]:
-        """Where the robot is by the odometry of its walks since the start: x, y, yaw; m and rad."""
+        """Pose of the robot by the odometry of its walks since the start: x, y, yaw; m and rad."""
         here = self._status.position if self._status else (0.0, 0.0, 0.0)
         return [*planar_point(self._origin, here), self._origin[2] + here[2]]
 
-    def to_go(self) -> Vec3 | None:
-        """The way to the end of the walk in the robot's frame, m and rad; None: no end was ordered."""
+    def remaining_way(self) -> Vec3 | None:
+        """The way to the goal of the walk in the robot's frame, m and rad; None: it has none."""
         if self._goal is None:
             return None
         x, y, yaw = self.position()
         return *planar_local((x, y, yaw), self._goal), self._goal[2] - yaw
 
     def _order(self, way: Way) -> dict[str, Any] | None:
-        """The order of a walk to a place, which is the goal now; None: it is here."""
+        """The order of a walk to a goal, which it stores; None: the goal is reached."""
         target, velocity = way()
         x, y, yaw = self.position()
         self._goal = (*planar_point((x, y, yaw), target), yaw + target[2]) if any(target) else None
         return {"velocity": velocity, "target": target} if any(target) else None
 
     def velocity(self) -> list[float]:
-        """Of the steps that are planned now: m/s, m/s, rad/s."""
+        """Of the planned steps: m/s, m/s, rad/s."""
         return list(self._status.velocity) if self._status else [0.0, 0.0, 0.0]
 
     def close(self) -> None:
-        """End the walker, if there is one; the robot stays where it is."""
+        """End the walker, if there is one."""
         self._jobs.put(None)
         self._thread.join(_MAX_WAIT)
 
     def _submit(self, work: Callable[[], Any]) -> Future[Any]:
         done: Future[Any] = Future()
         with self._lock:
-            self._waiting = []  # a velocity that comes later counts after this
+            self._waiting = []  # a later velocity counts after this
             self._jobs.put((work, done))
         return done
 
@@ -289,7 +289,7 @@ class WalkerHandover:
     def _run(self) -> None:
         while True:
             try:
-                job = self._jobs.get(timeout=_POLL)
+                job = self._jobs.get(timeout=_POLL_INTERVAL)
             except queue.Empty:
                 self._poll()
                 continue
@@ -301,10 +301,10 @@ class WalkerHandover:
             except Exception as error:
                 done.set_exception(error)
         self._end_walker()
-        self._finish(robot_gone())
+        self._finish(robot_lost())
 
-    def warm(self) -> Future[Any]:
-        """Start a walker that stands by, so that the first walk begins at once; done when it does or cannot."""
+    def prestart(self) -> Future[Any]:
+        """Start an idle walker, so that the first walk begins at once; done after the start or its failure."""
 
         def job() -> None:
             """Start it and wait for its first answer."""
@@ -314,7 +314,7 @@ class WalkerHandover:
         return self._submit(job)
 
     def _start_walker(self) -> None:
-        """A walker's process, which may still be starting."""
+        """Start a walker's process, if there is none."""
         if self._walker is not None and self._walker.running:
             return
         self._end_walker()
@@ -323,7 +323,7 @@ class WalkerHandover:
         self._client = self._open()
 
     def _ensure_walker(self) -> None:
-        """A walker that holds the robot, or is about to."""
+        """Have a walker that holds the robot, or is about to."""
         if self._holds and self._walker is not None and self._walker.running:
             return
         try:
@@ -347,14 +347,14 @@ class WalkerHandover:
                 self._client.status()
                 return
             except WalkRefused:
-                return  # it stands by
+                return
             except NaoHilError:
                 if not self._walker.running or time.monotonic() > deadline:
                     raise
-                time.sleep(_FAST_POLL)  # it is not up yet
+                time.sleep(_FAST_POLL_INTERVAL)  # it still starts
 
     def _prepare(self) -> None:
-        """Have the walker hold the robot, and wait for its stand."""
+        """Have the walker hold the robot, and wait for the stand."""
         self._ensure_walker()
         deadline = time.monotonic() + _MAX_WAIT
         while self._status is None or self._status.state != "stand":
@@ -363,13 +363,13 @@ class WalkerHandover:
                 raise NaoqiRefused("The robot has fallen.")
             if not self._walker.running or time.monotonic() > deadline:
                 raise NaoqiRefused("The walker did not bring the robot to a stand.")
-            time.sleep(_FAST_POLL)
-            self._see(self._client.status())
+            time.sleep(_FAST_POLL_INTERVAL)
+            self._store_status(self._client.status())
 
-    def _see(self, status: WalkStatus) -> None:
-        """Note the walker's state; a walk that was accepted and has not begun yet counts as one."""
+    def _store_status(self, status: WalkStatus) -> None:
+        """Store the walker's state; an accepted walk counts as one before it begins."""
         if self._accepted and status.state not in (*_WALKING, "fallen"):
-            if status.seq <= self._accepted + _MAX_CYCLES:
+            if status.seq <= self._accepted + _MAX_START_CYCLES:
                 status = msgspec.structs.replace(status, state="walk")
         else:
             self._accepted = 0
@@ -389,7 +389,7 @@ class WalkerHandover:
             self._goal = None
             raise
         self._accepted = status.seq
-        self._see(status)
+        self._store_status(status)
 
     def _stop_walk(self) -> None:
         if self._client is not None:
@@ -398,15 +398,15 @@ class WalkerHandover:
             self._status = self._client.stop()
 
     def _interrupt(self) -> None:
-        """The walk that goes on does not come to its end."""
-        self._ends = {ended: told and False for ended, told in self._ends.items()}
+        """Note that the present walk does not reach its goal."""
+        self._ends = {ended: interrupted and False for ended, interrupted in self._ends.items()}
 
     def _poll(self) -> None:
-        """Query the walker's status; calls that wait for the end of a walk return with it."""
+        """Query the walker's status; at the end of a walk waiting calls return."""
         if not self._holds or self._walker is None or self._client is None:
             return
         try:
-            self._see(self._client.status())
+            self._store_status(self._client.status())
         except NaoHilError as error:
             if not self._walker.running:
                 reason = self._end_walker()
@@ -421,53 +421,53 @@ class WalkerHandover:
 
     def _finish(self, error: Exception | None) -> None:
         ends, self._ends, self._goal = self._ends, {}, None
-        for ended, told in ends.items():
+        for ended, interrupted in ends.items():
             if error is None:
-                ended.set_result(told)
+                ended.set_result(interrupted)
             else:
                 ended.set_exception(error)
 
     def _take_back(self) -> None:
-        """End a walk and take the robot back; nothing happens when no walker has it. The walker stands by."""
+        """End a walk and take the robot back, if the walker holds it; the walker stays idle."""
         if not self._holds:
             return
         if self.active and self._client is not None:
             self._stop_walk()
             deadline = time.monotonic() + _MAX_WAIT
             while self.active and time.monotonic() < deadline:
-                time.sleep(_FAST_POLL)
-                self._see(self._client.status())
+                time.sleep(_FAST_POLL_INTERVAL)
+                self._store_status(self._client.status())
         self._finish(None)
         try:
             assert self._client is not None
             self._client.release()
-            self._keep_position()
+            self._store_position()
         except NaoHilError:
             self._end_walker()
         self._reclaim()
 
     def _reclaim(self) -> None:
-        """Take the joints back; a walker that was killed holds them until it has been silent for a while."""
-        deadline = time.monotonic() + _LEASE
+        """Take the joints back; a killed walker holds them for the time of its lease."""
+        deadline = time.monotonic() + _LEASE_TIMEOUT
         while True:
             try:
                 self._owner.take_back()
             except LeaseRefused:
                 if time.monotonic() > deadline:
                     raise
-                time.sleep(_POLL)
+                time.sleep(_POLL_INTERVAL)
             else:
                 return
 
-    def _keep_position(self) -> None:
-        """The walker leaves the robot where it is."""
+    def _store_position(self) -> None:
+        """Store the robot's pose at the end of the walker's odometry."""
         x, y, yaw = self.position()
         self._origin, self._status = (x, y, yaw), None
         self._holds, self._accepted = False, 0
 
     def _end_walker(self) -> str:
-        """End the walker; the sentence it ended with, or nothing."""
-        self._keep_position()
+        """End the walker; its last sentence, or an empty text."""
+        self._store_position()
         client, self._client = self._client, None
         walker, self._walker = self._walker, None
         if client is not None:

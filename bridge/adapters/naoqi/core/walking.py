@@ -40,13 +40,13 @@ _LIMITS: Final = {
 }
 _FEET: Final = ("Left", "Right")
 _KINDS: Final = ("Default", "Min", "Max")
-_BACKWARD: Final = 0.04
+_MAX_BACKWARD_STEP: Final = 0.04
 """Longest step backwards, m."""
-_APART: Final = 0.1
-_NEAREST: Final = 0.088
-"""Distance of the feet at rest, and the least one, m."""
-_SLOWEST: Final = 0.6
-QUICKEST: Final = 0.42
+_FEET_DISTANCE: Final = 0.1
+_MIN_FEET_DISTANCE: Final = 0.088
+"""Distance of the feet in a stand, and the least one, m."""
+_SLOW_STEP: Final = 0.6
+QUICK_STEP: Final = 0.42
 """s of a step."""
 
 
@@ -69,12 +69,12 @@ class FullSpeed(NamedTuple):
     """rad/s"""
 
     def of(self, fractions: Vec3) -> Vec3:
-        """The velocity of fractions forward, to the left and of the turn: m/s, m/s, rad/s."""
+        """The velocity by fractions forward, to the left and of the turn: m/s, m/s, rad/s."""
         x, y, turn = fractions
         return x * (self.ahead if x > 0.0 else self.back), y * self.across, turn * self.turn
 
     def clipped(self, velocity: Vec3) -> Vec3:
-        """A velocity, m/s, m/s, rad/s, within these."""
+        """A velocity clipped to these, m/s, m/s, rad/s."""
         x, y, turn = velocity
         return (
             max(-self.back, min(self.ahead, x)),
@@ -83,13 +83,13 @@ class FullSpeed(NamedTuple):
         )
 
     def towards(self, target: Vec3) -> Vec3:
-        """The fastest velocity along the way to a target, m, m, rad, which is not here."""
+        """The fastest velocity along the way to a distant target, m, m, rad."""
         x, y, turn = target
         duration = self.duration(target)
         return x / duration, y / duration, turn / duration
 
     def duration(self, target: Vec3) -> float:
-        """S of the way to a target, m, m, rad."""
+        """Duration of the way to a target (m, m, rad), s."""
         x, y, turn = target
         return max(x / self.ahead, -x / self.back, abs(y) / self.across, abs(turn) / self.turn)
 
@@ -99,8 +99,8 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
 
     Args:
         method: for the errors.
-        configs: `[[name, value], ...]` each; a number, the duration of `moveTo`, is passed over, and an unknown
-            name is left out with a line in the log. A foot's own value counts for its steps.
+        configs: `[[name, value], ...]` each; a number, the duration of `moveTo`, and an unknown name, which is
+            logged, are left out. A foot's own value counts for its steps.
         frequency: of the steps, 0 to 1.
 
     Raises:
@@ -112,12 +112,12 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
             given |= _given(method, config)
     quickness = number(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
     feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
-    periods = [_SLOWEST + quickness * of["MaxStepFrequency"] * (QUICKEST - _SLOWEST) for of in feet]
-    across = [of["MaxStepY"] - max(_NEAREST, 2.0 * _APART - of["MaxStepY"]) for of in feet]
+    periods = [_SLOW_STEP + quickness * of["MaxStepFrequency"] * (QUICK_STEP - _SLOW_STEP) for of in feet]
+    across = [of["MaxStepY"] - max(_MIN_FEET_DISTANCE, 2.0 * _FEET_DISTANCE - of["MaxStepY"]) for of in feet]
     both = sum(periods)
     return FullSpeed(
         sum(of["MaxStepX"] for of in feet) / both,
-        2.0 * _BACKWARD / both,
+        2.0 * _MAX_BACKWARD_STEP / both,
         0.5 * sum(across) / both,
         sum(of["MaxStepTheta"] for of in feet) / both,
     )
@@ -139,18 +139,16 @@ def _given(method: str, config: list[Any]) -> Mapping[str, float]:
 
 
 def _as_number(value: Any) -> Any:
-    """A number that is given as text, as the vendor's example of `ALNavigation.moveTo` does."""
+    """A number given as text, as in the vendor's example of `ALNavigation.moveTo`."""
     try:
         return float(value) if isinstance(value, str) else value
     except ValueError:
         return value
 
 
-_WIDTH: Final = 0.1
-"""Distance of the feet where a robot stands, m."""
 _FIXED_STEPS: Final = 2
-"""Footsteps that can no longer be changed: as many as the vendor's preview of 0.8 s has."""
-_LONGEST: Final = 1.0
+"""Fixed footsteps: as many as in the vendor's preview of 0.8 s."""
+_MAX_FOOTSTEP: Final = 1.0
 """m and rad in a footstep; NAOqi's own bound is a tenth."""
 
 
@@ -158,9 +156,9 @@ class WalkingMethods:
     """Walking methods of `ALMotion`; thread-safe.
 
     Args:
-        handover: of the robot between this side and the walker.
-        full: speed of the gait forward and to the left, m/s, and as a turn, rad/s; the last two are 0 for one
-            that walks straight ahead, at this speed. Others walk at the vendor's speeds.
+        handover: between this side and the walker.
+        full: speed of the gait forward and to the left, m/s, and of its turn, rad/s; the last two are 0 for a
+            gait that walks straight ahead only, at this speed. Others walk at the vendor's speeds.
     """
 
     def __init__(self, handover: WalkerHandover, full: Vec3) -> None:
@@ -173,7 +171,7 @@ class WalkingMethods:
         begins_walk=True,
     )
     def move(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
-        """Walk at a velocity, m/s and rad/s; returns when the walker has accepted it."""
+        """Walk at a velocity, m/s and rad/s; returns once the walker has accepted it."""
         velocity = _three("ALMotion.move", (x, y, theta), 1e4)
         if self._full[1]:
             velocity = full_speed("ALMotion.move", config).clipped(velocity)
@@ -192,7 +190,7 @@ class WalkingMethods:
     def _toward(
         self, method: str, fractions: Sequence[Any], frequency: Any, config: Sequence[Any]
     ) -> Future[Any]:
-        wanted = self._possible(method, _three(method, fractions, 1.0))
+        wanted = self._checked_velocity(method, _three(method, fractions, 1.0))
         full = full_speed(method, config, frequency)
         return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
 
@@ -204,9 +202,9 @@ class WalkingMethods:
     )
     @offers("ALMotion.walkTo", kind="walk", partly="as moveTo", begins_walk=True)
     def move_to(self, *arguments: Any) -> Future[Any]:
-        """Walk to a place, m and rad from here, `x, y, theta`, or over several, each from the one before.
+        """Walk to a goal `x, y, theta` relative to the robot, m and rad, or over several, each from the last.
 
-        A time and a configuration may follow; it waits for the end: true, or false if something else ended it.
+        A time and a configuration may follow; waits for the end: true, or false after an interruption.
         """
         method = "ALMotion.moveTo"
         if arguments and isinstance(arguments[0], list):
@@ -217,20 +215,20 @@ class WalkingMethods:
             places, config = [arguments[:3]], list(arguments[3:])
         if any(len(place) != 3 for place in places):
             raise NaoqiRefused(f"{method}: {places!r:.60} was given; [x, y, theta] of each place is expected.")
-        targets = [self._possible(method, _three(method, place, 1e4)) for place in places]
+        targets = [self._checked_velocity(method, _three(method, place, 1e4)) for place in places]
         return self._walk_over(targets, full_speed(method, config))
 
     def _walk_over(self, ways: Sequence[Vec3], full: FullSpeed) -> Future[Any]:
-        """Walk one way after the other, each from the end of the one before; at rest between them."""
+        """Walk one way after the other, with a stand between them."""
         ended: Future[Any] = Future()
 
-        def go_on(before: Future[Any] | None, i: int) -> None:
+        def walk_next(before: Future[Any] | None, i: int) -> None:
             if before is not None and (before.exception() or not before.result() or i == len(ways)):
                 pass_on(before, ended)
                 return
-            self._walk_to(ways[i], full).add_done_callback(lambda done: go_on(done, i + 1))
+            self._walk_to(ways[i], full).add_done_callback(lambda done: walk_next(done, i + 1))
 
-        go_on(None, 0)
+        walk_next(None, 0)
         return ended
 
     @offers(
@@ -240,14 +238,14 @@ class WalkingMethods:
         begins_walk=True,
     )
     def set_foot_steps(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
-        """Begin to walk to where footsteps end, by steps of the gait's own.
+        """Begin a walk to the end of footsteps, by the gait's own steps.
 
         Args:
             legs: `LLeg` or `RLeg` for each step.
             steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
         """
         target = self._end_of("ALMotion.setFootSteps", legs, steps)
-        return self.handover.go_to(lambda: self._way(target, full_speed("", ())))
+        return self.handover.go_to(lambda: self._goal_and_velocity(target, full_speed("", ())))
 
     @offers("ALMotion.setFootStepsWithSpeed", kind="walk", partly="as setFootSteps", begins_walk=True)
     def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
@@ -261,10 +259,10 @@ class WalkingMethods:
         return self._walk_to(target, full_speed("", ()))
 
     def _end_of(self, method: str, legs: Any, steps: Any) -> Vec3:
-        """Where footsteps end, from here."""
+        """End of footsteps relative to the robot."""
         if not isinstance(legs, list) or not isinstance(steps, list) or len(legs) != len(steps) or not legs:
             raise NaoqiRefused(f"{method}: a list of legs and one of as many steps [x, y, theta] are expected.")
-        half = 0.5 * _WIDTH
+        half = 0.5 * _FEET_DISTANCE
         feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
         for i, (leg, step) in enumerate(zip(legs, steps, strict=True)):
             if leg not in list(feet):
@@ -272,23 +270,23 @@ class WalkingMethods:
             if not isinstance(step, list) or len(step) != 3:
                 raise NaoqiRefused(f"{method}: step {i} is {step!r:.60}; [x, y, theta] is expected.")
             other = feet["RLeg" if leg == "LLeg" else "LLeg"]
-            feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _LONGEST))
+            feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _MAX_FOOTSTEP))
         left, right = feet["LLeg"], feet["RLeg"]
         x, y, turn = (0.5 * (a + b) for a, b in zip(left, right, strict=True))
-        return self._possible(method, (x, y, turn))
+        return self._checked_velocity(method, (x, y, turn))
 
     def _walk_to(self, target: Vec3, full: FullSpeed) -> Future[Any]:
-        """Walk to a place; the end of it."""
+        """Walk to a goal; the future of its end."""
         if not self._full[1]:
             ahead = math.copysign(self._full[0], target[0])
             return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
-        return self.handover.walk_to(lambda: self._way(target, full))
+        return self.handover.walk_to(lambda: self._goal_and_velocity(target, full))
 
-    def _way(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
-        """A place from here, and the velocity there.
+    def _goal_and_velocity(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
+        """A goal relative to the robot, and the velocity there.
 
-        While the robot walks, the place counts from the end of the steps that cannot be changed any more
-        (confirmed: vendor's samples of `getNextRobotPosition`).
+        While the robot walks, the goal counts from the end of the fixed steps (confirmed: vendor's samples of
+        `getNextRobotPosition`).
         """
         ahead = self.poses_ahead()[:_FIXED_STEPS] if self.handover.active else []
         x, y, turn = _composed(ahead[-1], target) if ahead else target
@@ -296,29 +294,29 @@ class WalkingMethods:
         return place, full.towards(place) if any(place) else place
 
     def poses_ahead(self) -> list[Vec3]:
-        """Where the robot is after each step to come, from here, m and rad: by the vendor's length of steps."""
-        way, count = self.handover.to_go(), _FIXED_STEPS
+        """Pose after each coming step relative to the present one, m and rad, by the vendor's step length."""
+        way, count = self.handover.remaining_way(), _FIXED_STEPS
         if way is None:
-            x, y, turn = (_FIXED_STEPS * QUICKEST * speed for speed in self.handover.velocity())
+            x, y, turn = (_FIXED_STEPS * QUICK_STEP * speed for speed in self.handover.velocity())
             way = (x, y, turn)
         elif any(way):
-            count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICKEST))
+            count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICK_STEP))
         x, y, turn = way
         shares = [i / count for i in range(1, count + 1)] if any(way) else []
         return [(share * x, share * y, share * turn) for share in shares]
 
     def steps_ahead(self) -> list[list[Any]]:
-        """Footsteps that can no longer be changed, and those that can, each `[leg, s, [x, y, theta]]`.
+        """Fixed and later footsteps, each `[leg, s, [x, y, theta]]`.
 
         The time counts from now; the pose is in the frame of the other foot, m and rad.
         """
-        half, steps = 0.5 * _WIDTH, []
+        half, steps = 0.5 * _FEET_DISTANCE, []
         feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
         for i, pose in enumerate(self.poses_ahead()):
             leg, other = ("RLeg", "LLeg") if i % 2 else ("LLeg", "RLeg")
             feet[leg] = _composed(pose, (0.0, half if leg == "LLeg" else -half, 0.0))
             place = _composed(_inverse(feet[other]), feet[leg])
-            steps.append([leg, QUICKEST * (i + 1), list(place)])
+            steps.append([leg, QUICK_STEP * (i + 1), list(place)])
         return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
 
     @offers(
@@ -327,12 +325,12 @@ class WalkingMethods:
         partly="steps by the vendor's step lengths, not the walker's own",
     )
     def _next_position(self) -> list[float]:
-        """Where the robot is after the footsteps that can no longer be changed, m and rad."""
+        """Pose of the robot after the fixed footsteps, m and rad."""
         here, ahead = self.handover.position(), self.poses_ahead()[:_FIXED_STEPS]
         return list(_composed((here[0], here[1], here[2]), ahead[-1])) if ahead else here
 
-    def _possible(self, method: str, wanted: Vec3) -> Vec3:
-        """The wanted velocity; refused where the gait walks straight only and it is not straight."""
+    def _checked_velocity(self, method: str, wanted: Vec3) -> Vec3:
+        """The wanted velocity; NaoqiRefused if it is not straight for a gait that walks straight only."""
         _, y, theta = wanted
         if not self._full[1] and (y or theta):
             raise NaoqiRefused(

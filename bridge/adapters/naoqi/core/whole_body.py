@@ -1,6 +1,6 @@
 """ALMotion's whole-body calls by inverse kinematics: effectors, and the centre of mass over a foot.
 
-The feet stay where they are. No controller balances the robot against motions of its arms.
+The feet stay in place. No controller balances the robot against motions of its arms.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 
-from bridge.adapters.naoqi.core.cartesian import STEP, Cartesian
+from bridge.adapters.naoqi.core.cartesian import STEP_TIME, Cartesian
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
@@ -26,12 +26,12 @@ _FEET: Final = ("LLeg", "RLeg")
 _LEGS: Final = ("Legs", *_FEET)
 _STATES: Final = ("Fixed", "Plane", "Free")
 _MASKS: Final = {"Head": 56, "LArm": 7, "RArm": 7}
-"""Effector that follows a target -> axes of it (vendor's page: the head's angles, the arms' positions)."""
+"""Following effector -> mask of its axes (vendor's page: the head's angles, the arms' positions)."""
 _SPEED: Final = 0.2
-"""Fraction of the largest speed at which an effector goes to its target (assumed)."""
+"""Speed of an effector to its target, as a fraction of the largest (assumed)."""
 _BALANCE_TIME: Final = 1.0
-"""s in which the centre of mass goes over a foot at full speed (assumed)."""
-_ROBOT: Final = 2
+"""Duration of a shift of the centre of mass over a foot at full speed, s (assumed)."""
+_FRAME_ROBOT: Final = 2
 """FRAME_ROBOT"""
 
 
@@ -59,11 +59,11 @@ class WholeBody:
         self._enabled = False
         self._states = dict.fromkeys(_FEET, "Fixed")
         self._followed: set[str] = set()
-        """Effectors that follow their targets."""
+        """Following effectors."""
 
     @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED)
     def enable_effector(self, effector: Follower, enabled: bool) -> None:
-        """Have an effector follow its target, or not."""
+        """Switch the following of targets on or off."""
         self._followed = self._followed | {effector} if enabled else self._followed - {effector}
 
     @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED)
@@ -78,18 +78,19 @@ class WholeBody:
         """
         place = [0.0, 0.0, 0.0, *target] if effector == "Head" else [*target, 0.0, 0.0, 0.0]
         if effector in self._followed:
-            self._cartesian.go(effector, _ROBOT, place, _SPEED, _MASKS[effector], transforms=False)
+            self._cartesian.move(effector, _FRAME_ROBOT, place, _SPEED, _MASKS[effector], transforms=False)
 
     def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
         """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""
         goal = np.mean([self._sole(one) for one in _feet(leg)], axis=0)
-        torso = self._frames.transform(TORSO, _ROBOT, False)
+        torso = self._frames.transform(TORSO, _FRAME_ROBOT, False)
         for _ in range(3):
-            torso[:2, 3] += goal - self._com(self._cartesian.solved(TORSO, _ROBOT, torso))
+            position = self._cartesian.solved(TORSO, _FRAME_ROBOT, torso)
+            torso[:2, 3] += goal - self._frames.com_at("Body", position, _FRAME_ROBOT)[:2]
         path = [[float(x) for x in torso.flat]]
-        going = self._cartesian.along(TORSO, _ROBOT, path, 63, [seconds], True, transforms=True)
+        moving = self._cartesian.along(TORSO, _FRAME_ROBOT, path, 63, [seconds], True, transforms=True)
         done: Future[Any] = Future()
-        going.add_done_callback(lambda ended: pass_on(ended.exception() is None, done))
+        moving.add_done_callback(lambda ended: pass_on(ended.exception() is None, done))
         return done
 
     @offers("ALMotion.angleInterpolation", kind="joints")
@@ -111,21 +112,18 @@ class WholeBody:
                 angles = {joint: self._joints.commanded(joint) for joint in named}
                 wanted = self._cartesian.on_flat_feet(angles, feet)
                 for joint in others:
-                    self._joints.put_position(joint, [(STEP, wanted[INDEX_WITH_MIRROR[joint]])])
-                yield self._joints.now + round(1000.0 * STEP)
-        finally:  # it may be stopped
-            self._tasks.end_these(self._tasks.of(moving))
+                    self._joints.put_position(joint, [(STEP_TIME, wanted[INDEX_WITH_MIRROR[joint]])])
+                yield self._joints.now + round(1000.0 * STEP_TIME)
+        finally:  # also after a stop
+            self._tasks.stop_tasks(self._tasks.of(moving))
         return moving.result()
 
     def _sole(self, leg: str) -> Array:
         """Middle of a sole in the robot's space, (2,), m."""
         corners = np.array(sole_hull(self._frames.body, "L" if leg == "LLeg" else "R"))
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        place: Array = (self._frames.transform(leg, _ROBOT, False) @ (*middle, 0.0, 1.0))[:2]
+        place: Array = (self._frames.transform(leg, _FRAME_ROBOT, False) @ (*middle, 0.0, 1.0))[:2]
         return place
-
-    def _com(self, position: Sequence[float]) -> Array:
-        return np.array(self._frames.com_at("Body", position, _ROBOT))[:2]
 
     @offers("ALMotion.wbEnable", partly=UNBALANCED)
     def _wb_enable(self, enabled: bool) -> Any:

@@ -1,7 +1,7 @@
-"""ALAnimationPlayer and ALBehaviorManager: gestures of our own stand for the vendor's animations.
+"""ALAnimationPlayer and ALBehaviorManager: gestures of nao-hil in place of the vendor's animations.
 
 The vendor's animations are not published. Each of their names (`animations/Stand/Gestures/Hey_1`) plays a short
-gesture of head and arms that fits the name, from where the joints are and back.
+gesture of head and arms that fits the name, from the present angles and back.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.declared import KEPT, Answers, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, offers
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -42,8 +42,8 @@ _GESTURES: Final = (
     (re.compile("hey|hello|hi_|wave|bye|salute|bow", re.IGNORECASE), _WAVE),
 )
 """Words of a name, and the gesture for them: joint -> (s, rad)."""
-_BACK: Final = 0.8
-"""s for the way back."""
+_RETURN_TIME: Final = 0.8
+"""Duration of the way back, s."""
 
 
 def is_animation(name: str) -> bool:
@@ -55,7 +55,7 @@ GESTURES: Final = "the vendor's animations alone are there, and they are gesture
 
 
 class Animations:
-    """Not thread-safe, the caller locks.
+    """Gestures by the vendor's names; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
@@ -73,7 +73,7 @@ class Animations:
         """Play the gesture for an animation; waits for its end.
 
         Raises:
-            NaoqiRefused: no animation of the vendor has a name of this form.
+            NaoqiRefused: not a name of the vendor's animations.
         """
         if not is_animation(name):
             raise NaoqiRefused(
@@ -85,7 +85,7 @@ class Animations:
             logger.warning("%s: a gesture of nao-hil is played in its place, as for all animations", name)
         gesture = next((g for words, g in _GESTURES if words.search(name)), _EXPLAIN)
         joints = list(gesture)
-        end = max(keys[-1][0] for keys in gesture.values()) + _BACK
+        end = max(keys[-1][0] for keys in gesture.values()) + _RETURN_TIME
         angles = [[a for _, a in keys] + [self._joints.commanded(j)] for j, keys in gesture.items()]
         times = [[t for t, _ in keys] + [end] for keys in gesture.values()]
         running = self._motion.angle_interpolation(joints, angles, times, True)
@@ -109,7 +109,7 @@ class Animations:
 
     @offers("ALBehaviorManager.stopBehavior")
     def _stop(self, name: str) -> None:
-        """Stop a behaviour; nothing happens if it does not run."""
+        """Stop a behaviour, if it runs."""
         if self._is_running(name):
             self._motion.end_using(list(GESTURE_CHAINS))
 
@@ -136,7 +136,7 @@ class Animations:
     def _preload(self, name: str) -> bool:
         return bool(self._installed(name))
 
-    @offers("ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=KEPT)
+    @offers("ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=INERT)
     def _declare(self, tags: Any) -> None:
         """Without effect."""
 

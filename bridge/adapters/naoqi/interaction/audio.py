@@ -1,6 +1,6 @@
 """ALAudioPlayer, ALAudioDevice and ALAudioRecorder without loudspeakers and microphones.
 
-A file is silent and takes as long as it lasts; recordings and buffers are silence.
+A file is played silently for its duration; recordings and buffers are silence.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from weakref import WeakKeyDictionary
 from bridge.adapters.naoqi.core.memory import Publish, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.declared import (
-    KEPT,
+    INERT,
     Answers,
     Duration,
     NewFile,
@@ -37,9 +37,9 @@ logger = logging.getLogger(__name__)
 MAX_FILES: Final = 1000
 _OWN_SOUNDS: Final = Path("/usr/share/naoqi/wav")
 _OWN_SECONDS: Final = 5.0
-"""Of each sound that comes with a robot (assumed)."""
-_POLL: Final = 50
-"""ms between two looks whether a file was stopped."""
+"""Duration of each of the robot's own sounds, s (assumed)."""
+_POLL_INTERVAL: Final = 50
+"""ms between two checks for a stop."""
 
 
 @dataclass
@@ -50,7 +50,7 @@ class _File:
     seconds: float
     volume: float = 1.0
     place: float = 0.0
-    """Where it is, s."""
+    """Present position, s."""
     playing: int = 0
     """Number of the call that plays it; 0: none."""
     paused: bool = False
@@ -61,32 +61,32 @@ Level = Annotated[float, Range(0.0, 1.0)]
 Side = Annotated[float, Range(-1.0, 1.0)]
 """Panorama: -1 left, 1 right."""
 Loaded = Annotated[_File, Own("_file")]
-"""A file by the number that `loadFile` gave."""
+"""A file by its number of `loadFile`."""
 
 
 class AudioPlayer:
-    """Plays WAV files of this machine without a sound; not thread-safe, the caller locks.
+    """Silent player of WAV files of this machine; not thread-safe, the caller locks.
 
     Args:
-        tasks: for calls that end when the file does.
+        tasks: for calls that end with the file.
         now: the robot's clock, ms.
-        numbers: for files; none is a call's.
+        numbers: for files, different from the calls'.
     """
 
-    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, KEPT)
-    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], KEPT)
+    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, INERT)
+    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], INERT)
 
     def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
         self._tasks, self._now = tasks, now
         self._files: dict[int, _File] = {}
         self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
-        """File that a call of `playFile` plays."""
+        """File of each call of `playFile`."""
         self._numbers, self._plays = numbers, itertools.count(1)
         self._muted = False
 
     @offers("ALAudioPlayer.loadFile", partly=SILENT)
     def load(self, path: RobotFile) -> int:
-        """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
+        """Load a file; its number. One that is missing or no WAV file has no duration, with a warning."""
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
         try:
@@ -112,7 +112,7 @@ class AudioPlayer:
     def play(
         self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
-        """Play a loaded file from where it is; waits for its end, or for its stop."""
+        """Play a loaded file from its present position; waits for its end or stop."""
         file.volume = volume
         return self._tasks.begin(self._played(file, loop))
 
@@ -151,8 +151,8 @@ class AudioPlayer:
         self._played_by[playing] = key
         return playing
 
-    def begun(self, playing: Future[Any], number: int) -> None:
-        """A call of `playFile` got a number: the file has that name, too (confirmed: vendor's samples)."""
+    def name_by_call(self, playing: Future[Any], number: int) -> None:
+        """Also name a file by the number of its `playFile` call (confirmed: vendor's samples)."""
         if playing in self._played_by:
             self._files[number] = self._files[self._played_by.pop(playing)]
 
@@ -163,7 +163,7 @@ class AudioPlayer:
         while file.playing == mine:
             before = self._now()
             left = round(1000.0 * (file.seconds - file.place))
-            yield before + max(1, min(_POLL, left))
+            yield before + max(1, min(_POLL_INTERVAL, left))
             if not file.paused:
                 file.place += 0.001 * (self._now() - before)
             if file.place >= file.seconds:
@@ -218,7 +218,7 @@ class AudioPlayer:
 
         return self._tasks.begin(task())
 
-    @offers("ALAudioPlayer.setVolume", partly=KEPT)
+    @offers("ALAudioPlayer.setVolume", partly=INERT)
     def _set_volume(self, file: Loaded, volume: Level) -> None:
         file.volume = volume
 
@@ -238,7 +238,7 @@ class AudioPlayer:
     def _get_volume(self, file: Loaded) -> float:
         return file.volume
 
-    @offers("ALAudioDevice.muteAudioOut", partly=KEPT)
+    @offers("ALAudioDevice.muteAudioOut", partly=INERT)
     def _mute_audio_out(self, muted: bool) -> Any:
         self._muted = muted
 
@@ -255,17 +255,17 @@ class AudioPlayer:
 
 SAMPLES: Final = {48_000: 4096, 16_000: 1365}
 """Samples of a channel in one buffer by the rate, Hz: 85 ms."""
-ALL: Final = 4
-"""Channels that the number 0 stands for; 1 to 4 are one each: left, right, front, rear."""
+ALL_CHANNELS: Final = 4
+"""Channels of the number 0; 1 to 4 are one each: left, right, front, rear."""
 MAX_MODULES: Final = 100
 
 
 @dataclass
 class _Listener:
-    channels: int = ALL
+    channels: int = ALL_CHANNELS
     rate: int = 48_000
     due: float | None = None
-    """When it gets its next buffer, the robot's clock, ms; None: it has not subscribed."""
+    """Time of its next buffer, the robot's clock, ms; None: no subscription."""
 
 
 class Microphones:
@@ -280,7 +280,7 @@ class Microphones:
         self._listeners: dict[str, _Listener] = {}
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms."""
+        """Send the buffers due at `now` of the robot's clock, ms."""
         for module, one in self._listeners.items():
             if one.due is None or now < one.due:
                 continue
@@ -297,13 +297,13 @@ class Microphones:
 
     @offers("ALAudioDevice.setClientPreferences")
     def _prefer(self, module: Any, rate: Any, channels: Any, *_: Any) -> None:
-        if rate not in list(SAMPLES) or channels not in list(range(ALL + 1)):
+        if rate not in list(SAMPLES) or channels not in list(range(ALL_CHANNELS + 1)):
             raise NaoqiRefused(
                 f"ALAudioDevice.setClientPreferences: {rate!r:.40} and {channels!r:.40} were given; a rate of "
                 "16000 or 48000 Hz, and channels 0 (all) to 4 are expected."
             )
         listener = self._of(module, "setClientPreferences")
-        listener.rate, listener.channels = int(rate), 1 if channels else ALL
+        listener.rate, listener.channels = int(rate), 1 if channels else ALL_CHANNELS
 
     @offers("ALAudioDevice.subscribe", partly="processRemote gets silence: there are no microphones")
     def _subscribe(self, module: Any) -> None:
@@ -314,10 +314,10 @@ class Microphones:
         self._listeners.pop(module, None)
 
 
-_ALLOWED: Final = ((4, 48_000), (1, 16_000))
+_ALLOWED_FORMATS: Final = ((4, 48_000), (1, 16_000))
 """Channels and rate, Hz (vendor's page)."""
 MAX_SECONDS: Final = 600.0
-"""s of silence that are written."""
+"""Longest silence of a file, s."""
 
 
 @dataclass(frozen=True)
@@ -349,7 +349,7 @@ class Recorder:
         if kind != "wav":
             raise NaoqiRefused(f"{method}: {kind!r:.40} is not written; wav is.")
         count = sum(map(bool, channels)) if isinstance(channels, list) else 0
-        if (count, rate) not in _ALLOWED:
+        if (count, rate) not in _ALLOWED_FORMATS:
             raise NaoqiRefused(
                 f"{method} takes 4 channels at 48000 Hz or one of [left, right, front, rear] at 16000 Hz."
             )

@@ -1,6 +1,6 @@
-"""ALAutonomousLife and ALBasicAwareness: settings that are remembered, and a head that follows a face.
+"""ALAutonomousLife and ALBasicAwareness: remembered settings, and a head that follows a face.
 
-A person is a face of the emulated world, or one of `NaoHil.show`. Source: vendor's pages.
+A person is a face of the emulated world or of `NaoHil.show`. Source: vendor's pages.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from bridge.adapters.naoqi.core.cartesian import look_angles
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
-from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, offers
-from bridge.adapters.naoqi.interaction.detection import Stage
-from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
-from bridge.body.cameras import LINK as CAMERA_LINK
-from bridge.body.cameras import cameras
+from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, offers
+from bridge.adapters.naoqi.interaction.detection import Scene
+from bridge.adapters.naoqi.interaction.tracker import HEAD_SPEED, PERIOD, point_of
+from bridge.body.cameras import CAMERA_LINK, cameras
 from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
@@ -35,7 +34,7 @@ class AutonomousLife:
     """Methods of `ALAutonomousLife`; the caller locks.
 
     Args:
-        events: its state is one.
+        events: for its state.
     """
 
     def __init__(self, events: Events) -> None:
@@ -43,14 +42,14 @@ class AutonomousLife:
         events.declare(_STATE, "ALAutonomousLife", self._state)
         self._enabled = dict.fromkeys(ABILITIES, False)
 
-    @offers("ALAutonomousLife.setState", partly=KEPT)
+    @offers("ALAutonomousLife.setState", partly=INERT)
     def _set_state(self, state: Annotated[str, OneOf("state", STATES)]) -> None:
         if state == "solitary" and self._state == "interactive":
             raise NaoqiRefused("ALAutonomousLife.setState: interactive ends by itself, and not by setState.")
         self._state = state
         self._events.raise_event(_STATE, state)
 
-    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=KEPT)
+    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=INERT)
     def _set_ability(self, name: Annotated[str, OneOf("ability", ("All", *ABILITIES))], enabled: bool) -> None:
         names = ABILITIES if name == "All" else (name,)
         self._enabled.update(dict.fromkeys(names, enabled))
@@ -93,10 +92,10 @@ ENGAGEMENT_MODES: Final = ("Unengaged", "FullyEngaged", "SemiEngaged")
 TRACKING_MODES: Final = ("Head", "BodyRotation", "WholeBody", "MoveContextually")
 STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "TabletTouch")
 """Of `ALBasicAwareness` (confirmed: vendor's page)."""
-NOBODY: Final = -1
+NO_PERSON: Final = -1
 """In place of a person's number (confirmed: vendor's page)."""
-LOST: Final = 3000
-"""ms without a sight of a person after which the robot has lost them (assumed)."""
+LOST_TIME: Final = 3000
+"""ms without a sight of a person after which the person is lost (assumed)."""
 _PERSON: Final = "PeoplePerception/Person/"
 _SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
 
@@ -108,18 +107,18 @@ class Awareness:
     """Methods of `ALBasicAwareness`; not thread-safe, the caller locks.
 
     Args:
-        stage: has the faces to be seen.
+        scene: has the faces.
         frames: of the robot.
         motion: turns its head.
-        events: told who is tracked.
-        memory: gets where people are.
+        events: for the tracked person.
+        memory: for the places of people.
     """
 
     engagement = Setting(
         "ALBasicAwareness.EngagementMode",
         ENGAGEMENT_MODES[0],
         Annotated[str, OneOf("engagement mode", ENGAGEMENT_MODES)],
-        KEPT,
+        INERT,
     )
     tracking = Setting(
         "ALBasicAwareness.TrackingMode",
@@ -129,14 +128,14 @@ class Awareness:
     )
 
     def __init__(
-        self, stage: Stage, frames: RobotFrames, motion: JointMotion, events: Events, memory: Memory
+        self, scene: Scene, frames: RobotFrames, motion: JointMotion, events: Events, memory: Memory
     ) -> None:
-        self._stage, self._frames, self._motion = stage, frames, motion
+        self._scene, self._frames, self._motion = scene, frames, motion
         self._events, self._memory = events, memory
         self._cameras = [camera.name for camera in cameras(frames.body)]
         self._people: dict[str, int] = {}
-        """Name of a face -> the number that the robot gave it."""
-        self._tracked, self._due, self._seen = NOBODY, 0, 0
+        """Name of a face -> number of the person."""
+        self._tracked, self._due, self._seen = NO_PERSON, 0, 0
         self._enabled = self._paused = False
         self._stimuli = dict.fromkeys(STIMULI, True)
 
@@ -152,35 +151,35 @@ class Awareness:
         self._stimuli[stimulus] = enabled
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms."""
+        """Look for people and follow one, in the cycle at `now` of the robot's clock, ms."""
         if now < self._due:
             return
         self._due = now + PERIOD
         running = self._enabled and not self._paused and self._stimuli["People"]
-        places = self._look_around() if running else {}
+        places = self._visible_people() if running else {}
         if self._tracked in places:
             self._seen = now
-        elif self._tracked != NOBODY and (not running or now - self._seen > LOST):
-            lost, self._tracked = self._tracked, NOBODY
-            self._events.raise_event("ALBasicAwareness/HumanTracked", NOBODY)
+        elif self._tracked != NO_PERSON and (not running or now - self._seen > LOST_TIME):
+            lost, self._tracked = self._tracked, NO_PERSON
+            self._events.raise_event("ALBasicAwareness/HumanTracked", NO_PERSON)
             for event in ("ALBasicAwareness/HumanLost", "ALBasicAwareness/PeopleLeft"):
                 self._events.raise_event(event, lost)
-        if self._tracked == NOBODY and places:
+        if self._tracked == NO_PERSON and places:
             self._tracked, self._seen = next(iter(places)), now
             self._events.raise_event("ALBasicAwareness/StimulusDetected", "People")
             self._events.raise_event("ALBasicAwareness/HumanTracked", self._tracked)
         if self._tracked in places and self._motion.available(["Head"]):
             camera = self._frames.effectors[self._cameras[0]].fixed
             angles = look_angles(places[self._tracked], self._frames.body.lengths.NeckOffsetZ, camera)
-            self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
+            self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), HEAD_SPEED)
 
-    def _look_around(self) -> dict[int, list[float]]:
-        """Number -> place in the Torso frame, m, of the people that are seen, the largest face first."""
+    def _visible_people(self) -> dict[int, list[float]]:
+        """Number -> place in the Torso frame, m, of the visible people, the largest face first."""
         links = self._frames.measured_links()
         spaces = {key: self._frames.space(i, links, True) for i, key in _SPACES.items()}
         places: dict[int, list[float]] = {}
         for i, camera in enumerate(self._cameras):
-            for sighting in self._stage.seen("face", i):
+            for sighting in self._scene.sightings("face", i):
                 number = self._people.setdefault(sighting.name, len(self._people) + 1)
                 point = self._frames.in_torso(camera, sighting.links) @ point_of(sighting, THING_SIZES["face"])
                 places.setdefault(number, point[:3].tolist())

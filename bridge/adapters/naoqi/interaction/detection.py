@@ -1,4 +1,4 @@
-"""ALFaceDetection, ALLandMarkDetection and ALRedBallDetection: they see the things around the robot."""
+"""ALFaceDetection, ALLandMarkDetection and ALRedBallDetection, by the geometry of things in view."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, cast
 
-from bridge.adapters.naoqi.core.cameras import CAMERAS, Eyes
+from bridge.adapters.naoqi.core.cameras import CAMERAS, CameraFeed
 from bridge.adapters.naoqi.core.frames import RobotFrames, position6
 from bridge.adapters.naoqi.core.memory import Events, stamp
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, Setting, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, Setting, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
@@ -21,14 +21,14 @@ from bridge.messages.world import ThingKind as Kind
 from bridge.types import Array, Vec3
 from bridge.validation import unknown_name
 
-RANGE: Final = 3.0
-"""m within which a thing is detected (assumed: 2 to 3 m in the vendor's pages)."""
+MAX_DISTANCE: Final = 3.0
+"""Range of the detection, m (assumed: 2 to 3 m in the vendor's pages)."""
 MAX_THINGS: Final = 100
 
 
 @dataclass(frozen=True)
 class ShownThing:
-    """Something that can be seen."""
+    """A visible thing."""
 
     kind: Kind
     name: str
@@ -40,7 +40,7 @@ class ShownThing:
 
 @dataclass(frozen=True)
 class Sighting:
-    """A thing as a camera sees it."""
+    """A thing in a camera's picture."""
 
     name: str
     alpha: float
@@ -48,34 +48,36 @@ class Sighting:
     beta: float
     """Below the picture's middle, rad."""
     size: float
-    """Angle that it fills, rad."""
+    """Its angular size, rad."""
     links: Mapping[str, Array]
-    """Links in the Torso frame, with the head as it was when the camera saw this, each (4, 4), m."""
+    """Links in the Torso frame, with the head's angles at the time of the picture, each (4, 4), m."""
 
 
-class Stage:
+class Scene:
     """Things around the robot; not thread-safe, the caller locks.
 
     Args:
         body: of the robot.
         frames: of the robot.
-        eyes: that see things of its world.
-        hear: gets an utterance; returns the words that it recognized.
+        feed: of its cameras, for the things of its world.
+        hear: utterance -> recognized words.
     """
 
-    def __init__(self, body: Body, frames: RobotFrames, eyes: Eyes, hear: Callable[[str], list[str]]) -> None:
-        self._frames, self._eyes, self._hear = frames, eyes, hear
+    def __init__(
+        self, body: Body, frames: RobotFrames, feed: CameraFeed, hear: Callable[[str], list[str]]
+    ) -> None:
+        self._frames, self._feed, self._hear = frames, feed, hear
         self._cameras = cameras(body)
         self._things: dict[tuple[str, str], ShownThing] = {}
 
-    def seen(self, kind: Kind, camera: int) -> Iterator[Sighting]:
+    def sightings(self, kind: Kind, camera: int) -> Iterator[Sighting]:
         """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
         across, down = self._cameras[camera].field
         found = []
-        for what, name, place, diameter, links in self._around(camera):
+        for found_kind, name, place, diameter, links in self._nearby(camera):
             x, y, z = place
             distance = math.sqrt(x * x + y * y + z * z)
-            if what != kind or x <= 0.0 or distance > RANGE:
+            if found_kind != kind or x <= 0.0 or distance > MAX_DISTANCE:
                 continue
             alpha, beta = math.atan2(y, x), -math.atan2(z, x)
             if abs(alpha) <= 0.5 * across and abs(beta) <= 0.5 * down:
@@ -83,9 +85,9 @@ class Stage:
                 found.append(Sighting(name, alpha, beta, size, links))
         yield from sorted(found, key=lambda sighting: -sighting.size)
 
-    def _around(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
-        """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links, of all things."""
-        for seen_by, kind, name, place, diameter, head in self._eyes.sights():
+    def _nearby(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
+        """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links of each thing."""
+        for seen_by, kind, name, place, diameter, head in self._feed.sights():
             if seen_by == camera:
                 yield kind, name, place, diameter, self._frames.measured_links(head)
         if self._things:
@@ -108,14 +110,14 @@ class Stage:
             place: in the world's space, `[x, y, z]`, m.
             size: diameter, m.
         """
-        what, which = _kind(kind), _name(kind, name)
+        key = checked, label = _kind(kind), _name(kind, name)
         if not isinstance(place, list) or len(place) != 3:
             raise NaoqiRefused(f"NaoHil.show: {place!r:.60} was given; [x, y, z] in m is expected.")
         x, y, z = (number(item, "NaoHil.show: place", -1e3, 1e3) for item in place)
-        wide = THING_SIZES[what] if size is None else size
-        if (what, which) not in self._things and len(self._things) >= MAX_THINGS:
+        wide = THING_SIZES[checked] if size is None else size
+        if key not in self._things and len(self._things) >= MAX_THINGS:
             raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
-        self._things[what, which] = ShownThing(cast(Kind, what), which, (x, y, z), wide)
+        self._things[key] = ShownThing(cast(Kind, checked), label, (x, y, z), wide)
 
     @offers("NaoHil.hide")
     def _hide(self, kind: Any, name: Any) -> None:
@@ -131,10 +133,10 @@ class Stage:
 
 
 def _kind(kind: Any) -> str:
-    what = text(kind, "NaoHil: kind")
-    if what not in THING_SIZES:
-        raise NaoqiRefused(f"NaoHil: {unknown_name('kind', what, THING_SIZES)}.")
-    return what
+    name = text(kind, "NaoHil: kind")
+    if name not in THING_SIZES:
+        raise NaoqiRefused(f"NaoHil: {unknown_name('kind', name, THING_SIZES)}.")
+    return name
 
 
 def _name(kind: Any, name: Any) -> str:
@@ -145,7 +147,7 @@ def _name(kind: Any, name: Any) -> str:
 
 
 PERIOD: Final = 100
-"""ms between two results, for a subscriber that gives no period (assumed)."""
+"""Default between two results, ms (assumed)."""
 
 
 class Detection:
@@ -155,16 +157,16 @@ class Detection:
         service: its name.
         kind: of the things.
         event: that it raises.
-        stage: has the things.
+        scene: has the things.
         frames: of the robot.
         events: to be raised.
     """
 
     def __init__(
-        self, service: str, kind: Kind, event: str, stage: Stage, frames: RobotFrames, events: Events
+        self, service: str, kind: Kind, event: str, scene: Scene, frames: RobotFrames, events: Events
     ) -> None:
         self._service, self._kind, self._event = service, kind, event
-        self._stage, self._frames, self._events = stage, frames, events
+        self._scene, self._frames, self._events = scene, frames, events
         self.extractor = VisionExtractor(
             service,
             events,
@@ -181,15 +183,15 @@ class Detection:
         return self.extractor.camera
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
+        """Raise the event at the subscribers' period, in the cycle at `now` of the robot's clock, ms."""
         if not self.extractor.processing or now < self._due:
             return
         self._due = now + max(10, self.extractor.period)
-        sightings = list(self._stage.seen(self._kind, self._camera))
+        sightings = list(self._scene.sightings(self._kind, self._camera))
         if sightings:
             self._events.raise_event(self._event, self._value(sightings))
         elif self._seen:
-            self._events.raise_event(self._event, [])  # once, when the last one is gone
+            self._events.raise_event(self._event, [])  # once, after the last one
         self._seen = bool(sightings)
 
     def _value(self, sightings: list[Sighting]) -> list[Any]:
@@ -217,18 +219,18 @@ class LandMarks(Detection):
 
 
 class Faces(Detection):
-    """`ALFaceDetection`: knows the faces that were learnt."""
+    """`ALFaceDetection`, with names for learnt faces."""
 
     recognizes = Setting(
         "ALFaceDetection.RecognitionEnabled", True, bool, reader="is", also="enableRecognition"
     )
-    tracks = Setting("ALFaceDetection.TrackingEnabled", False, bool, KEPT, reader="is", also="enableTracking")
+    tracks = Setting("ALFaceDetection.TrackingEnabled", False, bool, INERT, reader="is", also="enableTracking")
     threshold = Setting(
-        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], KEPT
+        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], INERT
     )
 
-    def __init__(self, stage: Stage, frames: RobotFrames, events: Events) -> None:
-        super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
+    def __init__(self, scene: Scene, frames: RobotFrames, events: Events) -> None:
+        super().__init__("ALFaceDetection", "face", "FaceDetected", scene, frames, events)
         self._known: dict[str, str] = {}
         """Name of a thing -> its name in events."""
         self._before: list[str] = []
@@ -249,8 +251,8 @@ class Faces(Detection):
     @offers("ALFaceDetection.learnFace", partly="for the one face that is seen")
     @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
     def _learn(self, name: str) -> bool:
-        """Learn the one face that is seen; false when it is none or several."""
-        faces = list(self._stage.seen("face", self._camera))
+        """Learn the one visible face; false: there are none or several."""
+        faces = list(self._scene.sightings("face", self._camera))
         if len(faces) != 1:
             return False
         self._known[faces[0].name] = name

@@ -10,23 +10,23 @@ from concurrent.futures import Future
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import KEPT, Answers, Range, RobotFile, offers, text
-from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, RobotFile, offers, text
+from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, captures, parse, plain_words
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-_THREE: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
-"""Codes of topics' languages (assumed but for the first two)."""
+_CODES: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
+"""Codes of topics' languages (assumed except for the first two)."""
 MAX_TOPICS: Final = 100
 MAX_TOPIC: Final = 1 << 16
 """Letters of a topic."""
 MAX_CONCEPTS: Final = 1000
 MAX_ANSWER: Final = 2000
 """Letters of an answer."""
-_JUMPS: Final = 20
+_MAX_JUMPS: Final = 20
 """`^goto` in one answer."""
 _EVENTS: Final = (
     *("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood", "NothingToSay"),
@@ -43,7 +43,7 @@ class Dialog:
     Args:
         events: to be raised, and read as variables.
         read: value of a key of ALMemory; raises `NaoHilError` if there is none.
-        speak: says an answer; done at its end.
+        speak: speaks an answer; done at its end.
     """
 
     def __init__(self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]]) -> None:
@@ -52,27 +52,27 @@ class Dialog:
         self._active: list[str] = []
         self._subscribers: set[str] = set()
         self._concepts: dict[tuple[str, str], list[str]] = {}
-        """Of programs, by name and language."""
+        """Words of programs, by name and language."""
         self._patterns: dict[tuple[str, str], Pattern] = {}
         """Patterns of the concepts."""
         self._blocked: set[tuple[str, str]] = set()
-        """Topic and tag of each proposal that is switched off."""
+        """Topic and tag of each disabled proposal."""
         self._within: tuple[str, list[Rule]] = ("", [])
-        """Topic and rules that come first after the last answer."""
-        self._turns: Counter[tuple[str, str]] = Counter()
-        """How often something was said that is another time something else."""
+        """Topic and rules with priority after the last answer."""
+        self._turns: Counter[tuple[str, ...]] = Counter()
+        """Number of uses of each answer with alternatives."""
         self._answers = False
         self._focus, self._language, self._threshold = "", "English", 0.5
         for event in _EVENTS:
             events.declare(f"Dialog/{event}", "ALDialog")
 
     def hear(self, said: str) -> None:
-        """Take an utterance of a person."""
+        """Answer an utterance of a person, if there is a subscriber."""
         if self._subscribers:
             self._input(said)
 
-    def notice(self, event: str, value: Any) -> None:
-        """An event was raised."""
+    def answer_event(self, event: str, value: Any) -> None:
+        """Answer an event by the rules for it."""
         if not self._subscribers or self._answers:
             return
         for topic, rule in self._rules():
@@ -82,7 +82,7 @@ class Dialog:
                 return
 
     def _rules(self) -> Iterator[tuple[Topic, Rule]]:
-        """Rules of the active topics, in the order in which they are tried."""
+        """Rules of the active topics, by priority."""
         name, within = self._within
         order = [name for name in self._active if name == self._focus]
         order += [name for name in self._active if name != self._focus]
@@ -103,11 +103,11 @@ class Dialog:
             return ""
 
     def _input(self, said: str) -> Future[Any] | None:
-        """Answer an utterance; done when the answer was spoken."""
+        """Answer an utterance; done at the end of the answer."""
         self._raise("LastInput", said)
         steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
-            kept = kept_of(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
+            kept = captures(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
             if kept is not None and self._holds(rule):
                 self._raise("MatchedInput", said)
                 self._raise("MatchedTopic", topic.name)
@@ -147,8 +147,8 @@ class Dialog:
             self._answers = False
 
     def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
-        """Text of an answer; its variables are set on the way."""
-        for _ in range(_JUMPS):
+        """Text of an answer; sets its variables."""
+        for _ in range(_MAX_JUMPS):
             jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
             if jump is None:
                 break
@@ -168,8 +168,7 @@ class Dialog:
         answer = re.sub(r"~(\w+)", lambda m: self._one_of(topic, m[1]), answer)
         return re.sub(r"\s+([.,!?])", r"\1", " ".join(answer.replace('"', " ").split()))
 
-    def _turn(self, *what: str) -> int:
-        key = what[0], what[1]
+    def _turn(self, *key: str) -> int:
         if len(self._turns) > MAX_CONCEPTS:
             self._turns.clear()
         self._turns[key] += 1
@@ -198,13 +197,13 @@ class Dialog:
     @offers("ALDialog.forceInput", partly="without a subscriber nothing is answered")
     def _force_input(self, said: str) -> Future[Any] | None:
         if not self._subscribers:
-            logger.warning("ALDialog.forceInput: nobody has subscribed to ALDialog, and nothing is answered")
+            logger.warning("ALDialog.forceInput: ALDialog has no subscriber, and nothing is answered")
             return None
         return self._input(said[:MAX_TOPIC])
 
     @offers("ALDialog.forceOutput")
     def _force_output(self) -> Future[Any] | None:
-        """Say the next proposal of the topic that has the focus."""
+        """Speak the next proposal of the focused topic."""
         topic = self._topics.get(self._focus) if self._focus in self._active else None
         proposals = [p for p in topic.proposals if self._is_on(topic.name, p.tags)] if topic else []
         turn = self._turns["proposal", self._focus]
@@ -303,13 +302,13 @@ class Dialog:
             self._within = ("", [])
             self._raise("IsStarted", 0)
 
-    @offers("ALDialog.setLanguage", partly=KEPT)
+    @offers("ALDialog.setLanguage", partly=INERT)
     def _set_language(self, language: str) -> None:
         if language not in LANGUAGES:
             raise NaoqiRefused(f"ALDialog.setLanguage: {unknown_name('language', language, LANGUAGES)}.")
         self._language = language
 
-    @offers("ALDialog.setASRConfidenceThreshold", partly=KEPT)
+    @offers("ALDialog.setASRConfidenceThreshold", partly=INERT)
     def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
         self._threshold = value
 
@@ -322,9 +321,9 @@ class Dialog:
     @offers("ALDialog.setConcept")
     def _set_concept(self, concept: Any, language: Any, words: Any, *_: Any) -> None:
         key = self._key(concept, language)
-        self._keep(key, _words(words))
+        self._store_concept(key, _words(words))
 
-    def _keep(self, key: tuple[str, str], words: list[str]) -> None:
+    def _store_concept(self, key: tuple[str, str], words: list[str]) -> None:
         self._concepts[key] = words
         self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
 
@@ -332,7 +331,7 @@ class Dialog:
     def _add_to_concept(self, concept: Any, language: Any, words: Any) -> None:
         key = self._key(concept, language)
         kept = self._concepts.get(key, [])
-        self._keep(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
+        self._store_concept(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
 
     @offers("ALDialog.clearConcepts")
     def _clear_concepts(self) -> None:
@@ -373,13 +372,13 @@ def _of_words(words: str) -> Pattern:
 
 
 def _words_of(pattern: Pattern) -> list[str]:
-    """Words of a pattern, of choices the first."""
+    """Words of a pattern, with the first of each choice."""
     parts = pattern.parts[:1] if pattern.kind == "choice" else pattern.parts
     return [pattern.text] if pattern.kind == "word" else [word for part in parts for word in _words_of(part)]
 
 
 def _with_kept(answer: str, kept: tuple[str, ...]) -> str:
-    """An answer with the words that were kept in place of `$1`, `$2`, ..."""
+    """An answer with the captured words in place of `$1`, `$2`, ..."""
     return re.sub(r"\$(\d)", lambda m: kept[int(m[1]) - 1] if 0 < int(m[1]) <= len(kept) else "", answer)
 
 
@@ -397,6 +396,6 @@ def _words(words: Any) -> list[str]:
 
 
 def _codes(language: Any) -> set[str]:
-    """How topics name a language: by its name, or by a code."""
+    """Names of a language in topics: its name, or a code."""
     name = text(language, "ALDialog.getLoadedTopics: language")
-    return {name, _THREE.get(name, name)}
+    return {name, _CODES.get(name, name)}

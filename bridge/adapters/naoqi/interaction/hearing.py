@@ -7,30 +7,30 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
-from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, number, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, number, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
-NOTHING: Final[list[Any]] = ["", -3.0]
-"""`WordRecognized` before anything was recognized (assumed)."""
+NOTHING_RECOGNIZED: Final[list[Any]] = ["", -3.0]
+"""Initial value of `WordRecognized` (assumed)."""
 MAX_WORDS: Final = 10_000
 _STATUS: Final = "ALSpeechRecognition/Status"
 _PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0, 1.0)}
-"""Parameter -> smallest value, largest, and that at the start."""
+"""Parameter -> smallest, largest and initial value."""
 
 
 Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
 
 
 class SpeechRecognition:
-    """Listens while it has subscribers and is not paused; not thread-safe, the caller locks.
+    """Recognition of words, unless paused or without subscribers; not thread-safe, the caller locks.
 
     Args:
         events: to be raised.
     """
 
     language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
-    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, KEPT)
+    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, INERT)
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -40,19 +40,19 @@ class SpeechRecognition:
             ["WordRecognized", "LastWordRecognized", "SpeechDetected"],
             left_out="it recognizes text that NaoHil.hear gives, not sound",
         )
-        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING))
+        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING_RECOGNIZED))
         events.declare("SpeechDetected", "ALSpeechRecognition", False)
         events.declare(_STATUS, "ALSpeechRecognition", "Idle")
         self._words: list[str] = []
         self._spots, self._paused = False, False
         self._pushed: list[tuple[list[str], bool]] = []
-        """Vocabularies that were put aside."""
+        """Stack of vocabularies."""
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
 
     def hear(self, said: str) -> list[str]:
-        """Take an utterance of a person; the words of the vocabulary that were recognized, best first.
+        """Process an utterance of a person; the recognized words of the vocabulary, best first.
 
-        Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
+        Without word spotting the whole must be a word of the vocabulary; with it a part suffices.
         """
         if not self.extractor.running or self._paused:
             return []
@@ -111,7 +111,7 @@ class SpeechRecognition:
     def _get_parameter(self, parameter: Parameter) -> float:
         return self._parameters[parameter]
 
-    @offers("ALSpeechRecognition.setVisualExpression", partly=KEPT)
+    @offers("ALSpeechRecognition.setVisualExpression", partly=INERT)
     def _show(self, enabled: bool) -> None:
         """Without effect."""
 

@@ -24,9 +24,9 @@ _NAMED: Final = {
 }
 _SIDES: Final = ("Left", "Right")
 _PARTS_OF_EYES: Final = {"Top": (7, 0), "Internal": (1, 2), "Bottom": (3, 4), "External": (5, 6)}
-"""Part -> numbers of its LEDs, as users of robots list them."""
+"""Part -> numbers of its LEDs, by lists of robots' users."""
 MAX_GROUPS: Final = 1000
-_PICTURE: Final = 0.1
+_PERIOD: Final = 0.1
 """s of one picture of random eyes (assumed)."""
 
 
@@ -56,8 +56,8 @@ def led_groups() -> dict[str, list[str]]:
             f"{side}EarLeds": ear,
             f"{side}EarLedsEven": ear[::2],
             f"{side}EarLedsOdd": ear[1::2],
-            f"{side}EarLedsFront": [led for led in ear if not _is_behind(led)],
-            f"{side}EarLedsBack": [led for led in ear if _is_behind(led)],
+            f"{side}EarLedsFront": [led for led in ear if not _is_rear(led)],
+            f"{side}EarLedsBack": [led for led in ear if _is_rear(led)],
             f"{side}FaceLeds": having("Face/", f"/{side}/"),
             **{f"{side}FaceLeds{colour}": having("Face/", f"/{colour}/{side}/") for colour in _COLOURS},
             f"{side}FootLeds": having(f"{side[0]}Foot/"),
@@ -76,8 +76,8 @@ def led_groups() -> dict[str, list[str]]:
     return groups | {f"Brain{i}": [led] for i, led in enumerate(groups["BrainLeds"])}
 
 
-def _is_behind(led: str) -> bool:
-    """Whether an ear's LED is on its rear half: from 180 deg on (assumed)."""
+def _is_rear(led: str) -> bool:
+    """Whether an LED is on the rear half of an ear: from 180 deg on (assumed)."""
     return int(led.rpartition("/")[2].removesuffix("Deg")) >= 180
 
 
@@ -85,8 +85,8 @@ class Leds:
     """Methods of `ALLeds`; not thread-safe, the caller locks.
 
     Args:
-        joints: whose DCM has the LEDs.
-        tasks: for calls that end when the fade does.
+        joints: of the robot; their DCM has the LEDs.
+        tasks: for calls that end with the fade.
     """
 
     def __init__(self, joints: Joints, tasks: MotionTasks) -> None:
@@ -96,7 +96,7 @@ class Leds:
 
     @offers("ALLeds.listLED", "ALLeds.listGroup")
     def _group(self, name: str) -> list[str]:
-        """LEDs of a group, or the one of that name (with or without `/Actuator/Value`)."""
+        """LEDs of a group, or one LED by its name (with or without `/Actuator/Value`)."""
         wanted = name.removesuffix("/Actuator/Value").removeprefix("Device/SubDeviceList/")
         if wanted in self._groups:
             return self._groups[wanted]
@@ -115,12 +115,12 @@ class Leds:
 
     @offers("ALLeds.fade")
     def fade(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)], duration: Duration) -> Future[Any]:
-        """All LEDs of a group to one brightness (0 to 1) in a time (s); waits for the end."""
-        return self._tasks.begin(self._go([(led, [(duration, intensity)]) for led in self._group(name)]))
+        """Fade a group to a brightness (0 to 1) in a time (s); waits for the end."""
+        return self._tasks.begin(self._run_paths([(led, [(duration, intensity)]) for led in self._group(name)]))
 
     @offers("ALLeds.fadeRGB")
     def fade_rgb(self, name: str, *arguments: Any) -> Future[Any]:
-        """To a colour in a time: `(red, green, blue, s)`, `(0x00RRGGBB, s)` or `(colour's name, s)`."""
+        """Fade to a colour in a time: `(red, green, blue, s)`, `(0x00RRGGBB, s)` or `(colour's name, s)`."""
         if len(arguments) == 2:
             colour: tuple[float, ...] = _colour(arguments[0])
             duration = arguments[1]
@@ -133,7 +133,7 @@ class Leds:
 
     @offers("ALLeds.fadeListRGB")
     def fade_list(self, name: str, colours: Any, times: Any) -> Future[Any]:
-        """Through colours (0x00RRGGBB) at times (s); waits for the end."""
+        """Fade through colours (0x00RRGGBB) at times (s); waits for the end."""
         if not isinstance(colours, list) or not isinstance(times, list) or len(colours) != len(times):
             raise NaoqiRefused("ALLeds.fadeListRGB takes a list of colours and a list of as many times.")
         moments = [number(time, "ALLeds.fadeListRGB: time", 0.0, MAX_DURATION) for time in times]
@@ -146,9 +146,9 @@ class Leds:
             # A LED of one colour (ears, head) shows the brightest part.
             values = [colour[part[0]] if part else max(colour) for colour in colours]
             paths.append((led, list(zip(times, values, strict=True))))
-        return self._tasks.begin(self._go(paths))
+        return self._tasks.begin(self._run_paths(paths))
 
-    def _go(self, paths: list[tuple[str, list[tuple[float, float]]]], least: float = 0.0) -> MotionTask:
+    def _run_paths(self, paths: list[tuple[str, list[tuple[float, float]]]], least: float = 0.0) -> MotionTask:
         for led, points in paths:
             self._joints.put(f"{led}/Actuator/Value", points)
         last = max((points[-1][0] for _, points in paths if points), default=least)
@@ -158,7 +158,7 @@ class Leds:
         """Show pictures on both eyes, one after the other; waits for the end.
 
         Args:
-            method: that was called.
+            method: for errors.
             seconds: of the whole.
             step: of one picture, s.
             shade: colour (0x00RRGGBB) of each of the eight places in a picture, by their numbers.
@@ -178,7 +178,7 @@ class Leds:
     @offers("ALLeds.randomEyes", partly="the pattern is assumed")
     def _random(self, duration: Any) -> Future[Any]:
         shades = list(_NAMED.values())
-        return self._pattern("ALLeds.randomEyes", duration, _PICTURE, lambda i, n: shades[(5 * i + n * n) % 7])
+        return self._pattern("ALLeds.randomEyes", duration, _PERIOD, lambda i, n: shades[(5 * i + n * n) % 7])
 
     @offers("ALLeds.rotateEyes", partly="the pattern is assumed")
     def _rotate(
@@ -206,7 +206,7 @@ class Leds:
                 on = 36.0 * i <= abs(degrees)
                 at = duration * min(1.0, 36.0 * i / max(1.0, abs(degrees)))
                 paths.append((led, [(at, 1.0), (duration + 0.01, stays)] if on else [(0.0, 0.0)]))
-        return self._tasks.begin(self._go(paths, duration))
+        return self._tasks.begin(self._run_paths(paths, duration))
 
     @offers("ALLeds.getIntensity")
     def intensity(self, name: str) -> float:

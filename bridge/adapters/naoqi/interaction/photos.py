@@ -9,10 +9,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import KEPT, Answers, Choice, OneOf, Range, Setting, new_file, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Choice, OneOf, Range, Setting, new_file, offers
 from bridge.errors import NaoqiRefused
 
 FORMATS: Final = {
@@ -26,14 +26,14 @@ FORMATS: Final = {
 GREY, COLOUR = 0, 13
 """Colour spaces of files."""
 MAX_PICTURES: Final = 9000
-"""Of one call, or of one film."""
+"""Of a call or a film."""
 
 
 class _Setup:
-    """Settings of the pictures; the initial values are assumed, but for the interval.
+    """Settings of pictures; the initial values are assumed.
 
     Args:
-        service: that takes them.
+        service: of the settings.
     """
 
     camera = Setting(".CameraID", 0, Annotated[int, Choice(0, 1)])
@@ -50,10 +50,10 @@ class _Setup:
         return width, 3 * width // 4
 
     def file(self, folder: str, name: str, overwrite: bool, method: str) -> Path:
-        """A file to be written; its folder is made if it is below the robot's home.
+        """Path of a file to write; creates its folder below the robot's home.
 
         Raises:
-            NaoqiRefused: it cannot be, or it is there and must not be replaced.
+            NaoqiRefused: it cannot be written, or exists and must not be replaced.
         """
         where = f"{self.service}.{method}"
         path = new_file(f"{folder}/{name}", f"{where}: file")
@@ -66,17 +66,17 @@ class PhotoCapture:
     """Methods of `ALPhotoCapture`; not thread-safe, the caller locks.
 
     Args:
-        eyes: that see.
-        tasks: run the pictures of a series.
+        feed: pictures of its cameras.
+        tasks: for series of pictures.
         now: the robot's clock, ms.
     """
 
     form = Setting("ALPhotoCapture.PictureFormat", "jpg", Annotated[str, OneOf("format", FORMATS)])
     interval = Setting("ALPhotoCapture.CaptureInterval", 200, Annotated[int, Range(0, 3.6e6, "ms")])
-    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, KEPT, reader="is", returns=True)
+    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, INERT, reader="is", returns=True)
 
-    def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
-        self._eyes, self._tasks, self._now = eyes, tasks, now
+    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
+        self._feed, self._tasks, self._now = feed, tasks, now
         self.setup = _Setup("ALPhotoCapture")
 
     @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
@@ -92,7 +92,7 @@ class PhotoCapture:
         bare, names = _bare(name, self.form), list[str]()
 
         def task() -> MotionTask:
-            """One picture after the other, at the interval that is set."""
+            """Take one picture after the other at the interval."""
             for i in range(series):
                 begun, file = self._now(), f"{bare}_{i}.{self.form}"
                 path = self.setup.file(folder, file, overwrite, "takePictures")
@@ -106,7 +106,7 @@ class PhotoCapture:
         return self._tasks.begin(task())
 
     def _written(self, path: Path, result: Any) -> Future[Any]:
-        """A picture of now as a file; the result comes when it is written."""
+        """Take a picture and write it to a file; the result after the writing."""
         written: Future[Any] = Future()
 
         def write(taken: Future[Any]) -> None:
@@ -123,11 +123,11 @@ class PhotoCapture:
                 written.set_result(result)
 
         setup = self.setup
-        taken = self._eyes.picture(setup.camera, *setup.size, setup.space, FORMATS[self.form])
+        taken = self._feed.picture(setup.camera, *setup.size, setup.space, FORMATS[self.form])
         taken.add_done_callback(write)
         return written
 
-    @offers("ALPhotoCapture.halfPress", partly=KEPT)
+    @offers("ALPhotoCapture.halfPress", partly=INERT)
     def _half_press(self) -> bool:
         self.half = not self.half
         return True
@@ -139,13 +139,13 @@ class VideoRecorder:
     """Methods of `ALVideoRecorder`; not thread-safe, the caller locks.
 
     Args:
-        eyes: that see.
-        tasks: run the recording.
+        feed: pictures of its cameras.
+        tasks: for the recording.
         now: the robot's clock, ms.
     """
 
-    def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
-        self._eyes, self._tasks, self._now = eyes, tasks, now
+    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
+        self._feed, self._tasks, self._now = feed, tasks, now
         self.setup, self._rate = _Setup("ALVideoRecorder"), 15
         self._path: Path | None = None
         self._taken: list[Future[Any]] = []
@@ -161,7 +161,7 @@ class VideoRecorder:
         self._tasks.begin(self._recording(path, self._rate))
 
     def _shot(self) -> Future[Any]:
-        return self._eyes.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
+        return self._feed.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
 
     def _recording(self, path: Path, rate: int) -> MotionTask:
         begun, taken = self._now(), self._taken
@@ -170,7 +170,7 @@ class VideoRecorder:
             if self._path is path and taken[-1].done():
                 taken.append(self._shot())
             elif self._path is path:
-                taken.append(taken[-1])  # the drawing is late: the picture stays
+                taken.append(taken[-1])  # the drawing is late: repeat the picture
 
     @offers("ALVideoRecorder.stopRecording")
     def _stop(self) -> Future[Any]:
@@ -202,7 +202,7 @@ class VideoRecorder:
 
 
 def _bare(name: str, extension: str) -> str:
-    """A file's name without its extension, if it has that."""
+    """A file's name without the extension."""
     return name.removesuffix(f".{extension}")
 
 
@@ -211,8 +211,8 @@ def _unwritten(method: str, path: Path, error: OSError) -> NaoqiRefused:
 
 
 def _write_film(path: Path, taken: Sequence[Future[Any]], size: tuple[int, int], rate: int) -> list[Any]:
-    """`[pictures, path]` of a film, once its last picture is drawn."""
-    pictures = [one.result(_LONGEST)[1] for one in taken]
+    """Write a film after its last picture; `[pictures, path]`."""
+    pictures = [one.result(_PICTURE_TIMEOUT)[1] for one in taken]
     try:
         path.write_bytes(avi(pictures, size, rate))
     except OSError as error:
@@ -220,7 +220,7 @@ def _write_film(path: Path, taken: Sequence[Future[Any]], size: tuple[int, int],
     return [len(pictures), str(path)]
 
 
-_LONGEST: Final = 60.0
+_PICTURE_TIMEOUT: Final = 60.0
 """s that a picture may take."""
 
 

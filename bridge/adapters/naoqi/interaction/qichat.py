@@ -1,9 +1,9 @@
-"""QiChat, the language of the vendor's dialogue topics: the part of it that programs commonly use.
+"""QiChat, the language of the vendor's dialogue topics: its common part.
 
 Rules of the user (`u:`, `u1:` to `u9:` within another one) with words, `[choices]`, `{optional parts}`, `*`,
-`_` before a captured word, `~concepts`, `$variable==value` and `e:events`; proposals; answers with kept words
-`$1`, `$variables`, choices, concepts, `%tags`, `^goto`, `^rand` and `^first`; other functions are left out.
-Syntax: the vendor's pages on QiChat.
+`_` before a captured word, `~concepts`, `$variable==value` and `e:events`; proposals; answers with captured
+words `$1`, `$variables`, choices, concepts, `%tags`, `^goto`, `^rand` and `^first`; other functions are left
+out. Syntax: the vendor's pages on QiChat.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from bridge.errors import NaoqiRefused
 MAX_RULES: Final = 1000
 """Rules and proposals of a topic."""
 MAX_WORDS: Final = 60
-"""Words of a sentence that are looked at."""
+"""Words of a sentence that are matched."""
 MAX_STEPS: Final = 20_000
-"""Parts of patterns that are tried for one sentence."""
-_DEEPEST: Final = 12
+"""Parts of patterns tried for one sentence."""
+_MAX_DEPTH: Final = 12
 """Brackets and concepts within each other."""
 _HEAD: Final = re.compile(r"\s*(u|proposal|concept|dynamic|topic|language|include)([1-9]?)\s*:(.*)", re.DOTALL)
 _PIECE: Final = re.compile(
@@ -49,22 +49,22 @@ class Pattern:
 
 @dataclass(frozen=True)
 class Rule:
-    """An utterance or an event, and the answer to it; or a proposal, without the former."""
+    """An utterance or an event with its answer; or a proposal, an answer alone."""
 
     answer: str
     pattern: Pattern | None = None
     events: tuple[tuple[str, str], ...] = ()
-    """Event and the value that it must have, or nothing for any but 0."""
+    """Event and its required value; empty: any except 0."""
     conditions: tuple[tuple[str, str], ...] = ()
-    """Variable and the value that it must have."""
+    """Variable and its required value."""
     tags: tuple[str, ...] = ()
     within: list[Rule] = field(default_factory=list)
-    """Rules that come first after this one."""
+    """Rules with priority after this one."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic as it was loaded."""
+    """A parsed topic."""
 
     name: str
     language: str
@@ -77,7 +77,7 @@ def parse(source: str) -> Topic:
     """Read a topic.
 
     Raises:
-        NaoqiRefused: it is none; the sentence names the line.
+        NaoqiRefused: not a topic; names the line.
     """
     name, language = "", "enu"
     rules: list[Rule] = []
@@ -120,7 +120,7 @@ def _topic_name(rest: str) -> str:
 
 
 def _statements(source: str) -> Iterator[tuple[int, str]]:
-    """Statements with the numbers of their lines; one goes on over lines that begin none."""
+    """Statements with the numbers of their first lines; lines that begin none continue one."""
     number, statement = 0, ""
     for i, line in enumerate(source.splitlines(), 1):
         plain = re.sub(r"(?<!\S)#.*", "", line)
@@ -175,7 +175,7 @@ def _pattern(
             keeps = True
         elif kind == "open":
             levels.append((value, [], kept))
-            if len(levels) > _DEEPEST:
+            if len(levels) > _MAX_DEPTH:
                 raise NaoqiRefused(f"ALDialog: line {number}: the brackets are too deep.")
         elif kind == "close":
             opened, parts, was_kept = levels.pop()
@@ -205,27 +205,27 @@ def _pattern(
 
 
 def plain_words(said: str) -> list[str]:
-    """Words of a sentence as they are compared: without capitals and signs."""
+    """Words of a sentence without capitals and signs, for comparison."""
     return [word.casefold() for word in re.findall(_WORD, said)]
 
 
 class Steps:
-    """Steps that the matching of one sentence may still take, so that no topic holds the robot up."""
+    """Remaining steps of the matching of one sentence, so that no topic delays the robot."""
 
     def __init__(self, left: int = MAX_STEPS) -> None:
         self.left = left
 
 
-def kept_of(
+def captures(
     pattern: Pattern, said: str, concepts: Mapping[str, Pattern], steps: Steps
 ) -> tuple[str, ...] | None:
-    """The words that a pattern keeps of a whole sentence; None: it does not match.
+    """The words that a pattern captures of a whole sentence; None: no match.
 
     Args:
         pattern: of a rule.
         said: the sentence.
-        concepts: by their names in small letters.
-        steps: of the sentence, with all rules; where they end nothing matches any more.
+        concepts: by their lower-case names.
+        steps: of the sentence, with all rules; without steps nothing matches.
     """
     words = plain_words(said)[:MAX_WORDS]
     spans = _ends(pattern, words, 0, concepts, 0, steps).get(len(words))
@@ -238,9 +238,9 @@ def kept_of(
 def _ends(
     pattern: Pattern, words: list[str], start: int, concepts: Mapping[str, Pattern], depth: int, steps: Steps
 ) -> Ends:
-    """All ends of a match from one word on; of several ways to the same end the first counts."""
+    """All ends of a match from one word on, each with its first captures."""
     steps.left -= 1
-    if depth > 2 * _DEEPEST or steps.left < 0:
+    if depth > 2 * _MAX_DEPTH or steps.left < 0:
         return {}
     parts = pattern.parts
     if pattern.kind == "word":

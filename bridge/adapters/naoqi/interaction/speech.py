@@ -1,4 +1,4 @@
-r"""ALTextToSpeech and ALAnimatedSpeech: speech goes to the log and to events, and takes its time.
+r"""ALTextToSpeech and ALAnimatedSpeech: speech in the log and in events, with its duration.
 
 Where espeak-ng is installed, this machine speaks.
 
@@ -21,7 +21,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import KEPT, Answers, NewFile, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, NewFile, OneOf, Range, Setting, offers, text
 from bridge.errors import NaoqiRefused
 
 PROGRAM: Final = "espeak-ng"
@@ -53,13 +53,13 @@ LANGUAGES: Final = {
 
 
 class Voice:
-    """Speaks through espeak-ng; silent where it is not installed."""
+    """Speech by espeak-ng; silent without it."""
 
     def __init__(self) -> None:
         self._program = shutil.which(PROGRAM)
 
     def speak(self, text: str, language: str, speed: float, volume: float) -> subprocess.Popen[bytes] | None:
-        """Begin to speak; the process ends with the sound. None: there is no voice.
+        """Begin to speak; the process ends with the sound. None: no voice.
 
         Args:
             text: without marks.
@@ -78,7 +78,7 @@ class Voice:
         """Write the speech to a WAV file.
 
         Raises:
-            NaoqiRefused: there is no voice, or the file cannot be written.
+            NaoqiRefused: no voice, or the file cannot be written.
         """
         if self._program is None:
             raise NaoqiRefused(f"ALTextToSpeech.sayToFile needs {PROGRAM}, which is not installed.")
@@ -93,7 +93,7 @@ class Voice:
 
 
 LETTERS_PER_SECOND: Final = 14.0
-"""Of speech at speed 100 (assumed: a hundred and fifty words a minute)."""
+"""Of speech at speed 100 (assumed: 150 words a minute)."""
 SENTENCE_PAUSE: Final = 0.3
 """s after a full stop (assumed)."""
 SPEEDS: Final = (50.0, 400.0)
@@ -108,16 +108,16 @@ class Word:
 
     text: str
     begin: float
-    """s after the begin of the utterance at which it is spoken."""
+    """Its time from the beginning of the utterance, s."""
     place: int
-    """Of its first letter in the text without marks."""
+    """Index of its first letter in the text without marks."""
     bookmark: int | None = None
-    """Number of a bookmark right before it."""
+    """Number of the bookmark before it."""
 
 
 @dataclass(frozen=True)
 class Utterance:
-    """Texts and their times."""
+    """A text and the times of its words."""
 
     plain: str
     """The text without marks."""
@@ -130,7 +130,7 @@ def utterance(text: str, speed: float = 100.0) -> Utterance:
 
     Args:
         text: with marks.
-        speed: where no mark says another, per cent.
+        speed: unless a mark changes it, per cent.
     """
     now, place, pieces, bookmark = 0.0, 0, [], None
     words: list[Word] = []
@@ -169,13 +169,13 @@ def _number(text: str | None) -> float:
 logger = logging.getLogger(__name__)
 
 VOICES: Final = ("naoenu", "naofrf", "Kenny22Enhanced", "Julie22Enhanced")
-"""Names of the vendor's voices, under any of which the one voice speaks."""
+"""Names of the vendor's voices, all for the one voice."""
 MAX_WAITING: Final = 100
-"""Sentences that wait to be spoken."""
+"""Waiting sentences at most."""
 MAX_TEXT: Final = 20_000
 """Letters of one text."""
-_POLL: Final = 50
-"""ms between two looks whether the voice has ended."""
+_POLL_INTERVAL: Final = 50
+"""ms between two checks for the end of the voice."""
 _PARAMETERS: Final[dict[str, tuple[float, float, float]]] = {
     "speed": (*SPEEDS, 100.0),
     "defaultVoiceSpeed": (*SPEEDS, 100.0),
@@ -184,10 +184,10 @@ _PARAMETERS: Final[dict[str, tuple[float, float, float]]] = {
     "doubleVoiceLevel": (0.0, 4.0, 0.0),
     "doubleVoiceTimeShift": (0.0, 0.5, 0.0),
 }
-"""Parameter -> smallest value, largest, and that at the start (confirmed: vendor's page)."""
+"""Parameter -> smallest, largest and initial value (confirmed: vendor's page)."""
 _MODES: Final = {0: "disabled", 1: "random", 2: "contextual"}
-SPOKEN: Final = "the robot speaks:"
-"""Begins the log's line of each text."""
+SPOKEN_PREFIX: Final = "the robot speaks:"
+"""Beginning of the log's line of each text."""
 _PREFIX: Final = "ALTextToSpeech"
 
 
@@ -207,10 +207,10 @@ Mode = Annotated[int, _mode]
 
 
 class Speech:
-    """Speaks one text after the other; not thread-safe, the caller locks.
+    """Speech of one text after the other; not thread-safe, the caller locks.
 
     Args:
-        tasks: for calls that end when the speech does; those that a stop of all motions leaves alone.
+        tasks: for calls that end with the speech, not affected by a stop of all motions.
         events: to be raised.
         now: the robot's clock, ms.
     """
@@ -228,10 +228,10 @@ class Speech:
         self._tasks, self._events, self._now = tasks, events, now
         self._voice = Voice()
         self._writer = ThreadPoolExecutor(1)
-        """Writes files, which must not hold up the robot's cycle."""
+        """Writes files outside the robot's cycle."""
         self._numbers = itertools.count(1)
         self._waiting: list[int] = []
-        """Numbers of the texts that are spoken (the first) or wait for it."""
+        """Numbers of the present text and the waiting ones."""
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
         self._mode = 2
         self._notifies = True
@@ -286,10 +286,10 @@ class Speech:
 
     def _spoken(self, number_: int, spoken: Utterance, language: str, event: str) -> MotionTask:
         while self._waiting and self._waiting[0] != number_ and number_ in self._waiting:
-            yield self._now() + _POLL
+            yield self._now() + _POLL_INTERVAL
         if number_ not in self._waiting:
             return None
-        logger.info("%s %.500r", SPOKEN, spoken.plain)
+        logger.info("%s %.500r", SPOKEN_PREFIX, spoken.plain)
         self._raise("CurrentSentence", spoken.plain)
         self._raise("TextStarted", 1)
         self._raise("Status", [number_, "started"])
@@ -310,12 +310,12 @@ class Speech:
     def _words(
         self, number_: int, spoken: Utterance, process: subprocess.Popen[bytes] | None
     ) -> Generator[int, None, bool]:
-        """Raise the words' events at their times; whether all were spoken."""
+        """Raise the words' events at their times; False after a stop."""
         began = self._now()
         for word in spoken.words:
             due = began + round(1000.0 * word.begin)
             while self._now() < due:
-                yield min(due, self._now() + _POLL)
+                yield min(due, self._now() + _POLL_INTERVAL)
                 if number_ not in self._waiting:
                     return False
             if word.bookmark is not None:
@@ -324,13 +324,13 @@ class Speech:
             self._raise("PositionOfCurrentWord", word.place)
         end = began + round(1000.0 * spoken.seconds)
         while self._sounds(process, end):
-            yield self._now() + _POLL
+            yield self._now() + _POLL_INTERVAL
             if number_ not in self._waiting:
                 return False
         return True
 
     def _sounds(self, process: subprocess.Popen[bytes] | None, end: int) -> bool:
-        """Whether the voice still speaks; without one, or where it failed, whether it would."""
+        """Whether the voice still speaks; without a working one, whether it would."""
         state = None if process is None else process.poll()
         return self._now() < end if process is None or state else state is None
 
@@ -355,7 +355,7 @@ class Speech:
 
     @offers("ALTextToSpeech.stopAll")
     def stop_all(self) -> None:
-        """Stop the text that is spoken and forget those that wait; their calls return."""
+        """Stop the present text and drop the waiting ones; their calls return."""
         self._waiting.clear()
 
     def _notify(self, enabled: bool) -> None:
@@ -365,15 +365,15 @@ class Speech:
     def _get_parameter(self, parameter: Parameter) -> float:
         return self._parameters[parameter]
 
-    @offers("ALTextToSpeech.loadVoicePreference", partly=KEPT)
+    @offers("ALTextToSpeech.loadVoicePreference", partly=INERT)
     def _load_voice(self, name: str) -> None:
         """Without effect."""
 
-    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=KEPT)
+    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=INERT)
     def _set_body_language_mode(self, mode: Mode) -> None:
         self._mode = mode
 
-    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=KEPT)
+    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=INERT)
     def _set_body_language_enabled(self, enabled: bool) -> Any:
         self._mode = 2 if enabled else 0
 
@@ -381,10 +381,10 @@ class Speech:
         "ALAnimatedSpeech.addTagsToWords",
         "ALAnimatedSpeech.declareTagForAnimations",
         "ALAnimatedSpeech.addTagForAnimations",
-        partly=KEPT,
+        partly=INERT,
     )
     def _keep_tags(self, tags: Any) -> None:
-        """Check tags of animations or words; there are no animations."""
+        """Check tags of animations or words; no effect."""
         if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
             raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
 

@@ -17,7 +17,7 @@ from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import (
-    KEPT,
+    INERT,
     Answers,
     OneOf,
     Range,
@@ -29,7 +29,7 @@ from bridge.adapters.naoqi.declared import (
     offers,
     text,
 )
-from bridge.adapters.naoqi.interaction.detection import Sighting, Stage
+from bridge.adapters.naoqi.interaction.detection import Scene, Sighting
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
@@ -37,67 +37,67 @@ from bridge.messages.world import ThingKind
 from bridge.types import Array, Vec3
 
 PERIOD: Final = 100
-"""ms between two looks (assumed)."""
-SPEED: Final = 0.3
+"""ms between two views (assumed)."""
+HEAD_SPEED: Final = 0.3
 """Fraction of the head's largest speed (assumed)."""
-_WALK_EVERY: Final = 400
+_ORDER_INTERVAL: Final = 400
 """ms between two orders to the walker."""
-_FASTEST: Final = (0.10, 0.4)
-"""m/s ahead and rad/s of a walk to a target (assumed)."""
-_GAIN: Final = 0.5
-"""1/s from distance and angle to the walk's velocity (assumed)."""
+_MAX_WALK_SPEED: Final = (0.10, 0.4)
+"""m/s ahead and rad/s of a walk to a target at most (assumed)."""
+_WALK_GAIN: Final = 0.5
+"""1/s, of the walk's velocity over distance and angle (assumed)."""
 Walk = Callable[[float, float, float], Future[Any]]
 
 
 @dataclass(frozen=True)
 class FollowedTarget:
-    """The target."""
+    """Description of a target."""
 
     name: str
     """ALTracker's, for example `RedBall`; or an event's."""
     kind: ThingKind | None
-    """None: not seen, but told by the event."""
+    """None: given by the event, not by a camera."""
     size: float
     """Diameter, m."""
     marks: tuple[str, ...] = ()
-    """Numbers of the landmarks that count; empty: all."""
+    """Numbers of the landmarks to follow; empty: all."""
 
 
 class Following:
     """Follows one target; not thread-safe, the caller locks.
 
     Args:
-        stage: has the things to be seen.
+        scene: has the things.
         frames: of the robot.
         motion: turns its head.
-        events: told that a target is lost or reached.
+        events: for the loss or the reaching of a target.
         neck: height of the head's joints in the Torso frame, m.
-        walk: walks at a velocity; None: there is no walker.
+        walk: walks at a velocity; None: no walker.
     """
 
     def __init__(
         self,
-        stage: Stage,
+        scene: Scene,
         frames: RobotFrames,
         motion: JointMotion,
         events: Events,
         neck: float,
         walk: Walk | None,
     ) -> None:
-        self._stage, self._frames, self._motion, self._events = stage, frames, motion, events
+        self._scene, self._frames, self._motion, self._events = scene, frames, motion, events
         self._neck, self._walk = neck, walk
         self._cameras = [camera.name for camera in cameras(frames.body)]
         self.target: FollowedTarget | None = None
         self.walks, self.time_out = False, 2000
-        """Whether the robot walks to the target; and ms after which it is lost."""
+        """Whether the robot walks to the target; ms after which it is lost."""
         self.relative: Sequence[float] = (0.0,) * 6
-        """Where the target is to be reached, x, y (m) and angle (rad) of the robot from it, and how nearly."""
+        """Goal of the robot relative to the target: x, y (m), angle (rad), and their tolerances."""
         self._place: Array | None = None
         """FRAME_WORLD, (4,)."""
         self.arms: Sequence[str] = ()
-        """Arms that point at it."""
-        self._told: list[list[Any]] = []
-        """Value of the event before."""
+        """Pointing arms."""
+        self._last_history: list[list[Any]] = []
+        """Event's history at the last update."""
         self._due = self._seen = self._ordered = 0
         self._lost, self._reached, self._walking = True, False, False
         for event in ("TargetLost", "TargetReached", "TargetDetected", "ActiveTargetChanged"):
@@ -105,15 +105,15 @@ class Following:
 
     @property
     def lost(self) -> bool:
-        """Whether the target is not seen."""
+        """Whether the target is out of sight."""
         return self.target is None or self._lost
 
     def begin(self, target: FollowedTarget) -> None:
-        """Follow this one from now on."""
+        """Follow a target from now on."""
         self.end()
         self.target, self._place, self._due = target, None, 0
         self._lost, self._reached, self._seen = True, False, -1
-        self._told = self._events.history(target.name)
+        self._last_history = self._events.history(target.name)
         self._events.raise_event("ALTracker/ActiveTargetChanged", target.name)
 
     def end(self) -> None:
@@ -124,7 +124,7 @@ class Following:
         self._order((0.0, 0.0, 0.0))
 
     def position(self, space: Any) -> list[float]:
-        """Where the target was seen last, in a space, m; empty: never."""
+        """Last place of the target in a space, m; empty: none."""
         if self._place is None:
             return []
         links = self._frames.measured_links()
@@ -133,7 +133,7 @@ class Following:
         return [float(x) for x in in_space[:3]]
 
     def update(self, now: int) -> None:
-        """One cycle, at `now` of the robot's clock, ms."""
+        """Follow the target in the cycle at `now` of the robot's clock, ms."""
         if self.target is None or now < self._due:
             return
         self._due = now + PERIOD
@@ -149,16 +149,16 @@ class Following:
         if self._lost:
             self._events.raise_event("ALTracker/TargetDetected", self.target.name)
         self._lost, self._seen = False, now
-        self._look(found)
+        self._turn_head(found)
         if self.walks:
             self._approach(now)
 
     def _find(self, target: FollowedTarget) -> Array | None:
-        """The target in the Torso frame, (4,), m; None: no camera sees it."""
+        """The target in the Torso frame, (4,), m; None: it is out of sight."""
         if target.kind is None:
             return self._place_of_event(target.name)
         for i, name in enumerate(self._cameras):
-            for sighting in self._stage.seen(target.kind, i):
+            for sighting in self._scene.sightings(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
                     point: Array = self._frames.in_torso(name, sighting.links) @ point_of(sighting, target.size)
                     self._place = inverse(self._frames.space(1, sighting.links, True)) @ point
@@ -166,10 +166,10 @@ class Following:
         return None
 
     def _place_of_event(self, event: str) -> Array | None:
-        """Newest value of an event since the last look, as `_find` gives it; None: nothing, or no place."""
-        told, before = self._events.history(event), self._told
-        self._told = told
-        place = told[-1][0] if told and told != before else None
+        """Place in the newest value of an event since the last update, as by `_find`; None: none."""
+        history, before = self._events.history(event), self._last_history
+        self._last_history = history
+        place = history[-1][0] if history and history != before else None
         while isinstance(place, list) and place and isinstance(place[0], list):
             place = place[0]
         if not isinstance(place, list) or len(place) < 3 or not all(map(_is_length, place[:3])):
@@ -178,13 +178,13 @@ class Following:
         point: Array = self._frames.space(1, self._frames.measured_links(), True) @ self._place
         return point
 
-    def _look(self, point: Array) -> None:
+    def _turn_head(self, point: Array) -> None:
         camera, place = self._frames.effectors[self._cameras[0]].fixed, [float(x) for x in point[:3]]
         angles = look_angles(place, self._neck, camera)
-        self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
+        self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), HEAD_SPEED)
         for arm in self.arms:
             pointing = pointing_angles(place, arm, self._frames.body.lengths)
-            self._motion.set_angles(list(pointing), list(pointing.values()), SPEED)
+            self._motion.set_angles(list(pointing), list(pointing.values()), HEAD_SPEED)
 
     def _approach(self, now: int) -> None:
         x, y, _ = self.position(2)
@@ -197,11 +197,11 @@ class Following:
             self._reached = True
             return
         self._reached = False
-        if now - self._ordered >= _WALK_EVERY:
+        if now - self._ordered >= _ORDER_INTERVAL:
             self._ordered = now
-            most, turn = _FASTEST
-            speed = max(-most, min(most, _GAIN * ahead)) if abs(angle) < 2.0 * near_angle else 0.0
-            self._order((speed, 0.0, max(-turn, min(turn, _GAIN * angle))))
+            most, turn = _MAX_WALK_SPEED
+            speed = max(-most, min(most, _WALK_GAIN * ahead)) if abs(angle) < 2.0 * near_angle else 0.0
+            self._order((speed, 0.0, max(-turn, min(turn, _WALK_GAIN * angle))))
 
     def _order(self, velocity: Vec3) -> None:
         walking = any(velocity)
@@ -215,7 +215,7 @@ def _is_length(x: Any) -> bool:
 
 
 def point_of(sighting: Sighting, size: float) -> Array:
-    """Where a thing is, in the camera's frame, homogeneous, (4,), m.
+    """Place of a thing in the camera's frame, homogeneous, (4,), m.
 
     Args:
         sighting: Its angles and its angular size in the picture, rad.
@@ -235,8 +235,8 @@ _KINDS: Final[dict[str, ThingKind]] = {
     "LandMarks": "landmark",
     "People": "face",
 }
-_HEAD: Final = 0.15
-"""m; diameter of the face of a person who is followed (assumed)."""
+_FACE_DIAMETER: Final = 0.15
+"""m; diameter of a person's face (assumed)."""
 MODES: Final = ("Head", "WholeBody", "Move")
 EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
 
@@ -255,7 +255,7 @@ class Tracker:
         following: its loop.
     """
 
-    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], KEPT)
+    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], INERT)
 
     def __init__(self, joints: Joints, motion: JointMotion, frames: RobotFrames, following: Following) -> None:
         self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
@@ -278,12 +278,12 @@ class Tracker:
 
     @offers("ALTracker.lookAt", kind="joints", partly="by the head only")
     def look_at(self, position: Position, *arguments: Any) -> Future[Any]:
-        """Turn the head so that a camera's axis goes through a point; waits for the end.
+        """Turn the head so that a camera's axis intersects a point; waits for the end.
 
         Args:
             position: m.
             arguments: `(space, fraction of the largest speed, whole body)`, after the camera's number if given.
-                Without a space the torso's is meant (assumed). The head alone turns.
+                The default space is the torso's (assumed). The head alone turns.
         """
         if len(arguments) == 2:
             arguments = (0, *arguments)
@@ -341,7 +341,7 @@ class Tracker:
         partly="the first three numbers are a place in FRAME_WORLD; the rest of the event is not used",
     )
     def track_event(self, event: str) -> None:
-        """Follow the places that an event of ALMemory gives: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
+        """Follow the places of an event of ALMemory: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
         self._following.begin(FollowedTarget(event, None, 0.0))
 
     @offers("ALTracker.unregisterAllTargets")
@@ -403,7 +403,7 @@ class Tracker:
 
 
 class OldTracker:
-    """A tracker of NAOqi 1.14, which follows one kind of target with the head.
+    """A tracker of NAOqi 1.14, of one kind of target, with the head.
 
     Args:
         target: ALTracker's name of it.
@@ -419,7 +419,7 @@ class OldTracker:
         return self._following.target == self._target
 
     def _place(self) -> list[float]:
-        """Where it was seen last in FRAME_TORSO, m; zeros: never (assumed)."""
+        """Last place of the target in FRAME_TORSO, m; zeros: none (assumed)."""
         return (self._following.position(0) if self._active() else []) or [0.0, 0.0, 0.0]
 
     answers = Answers(
@@ -438,9 +438,9 @@ class OldTracker:
 
 
 def _target(name: str, parameters: Any) -> FollowedTarget:
-    """A target by its name and the parameter of `registerTarget`: a diameter, or that and numbers of marks."""
-    if name in ("People", "Sound"):  # these are registered without a size
-        return FollowedTarget(name, _KINDS.get(name), _HEAD)
+    """A target by its name and the parameter of `registerTarget`: a diameter, with or without marks."""
+    if name in ("People", "Sound"):  # registered without a size
+        return FollowedTarget(name, _KINDS.get(name), _FACE_DIAMETER)
     size, marks = parameters, []
     if isinstance(parameters, list) and parameters:
         size = parameters[0]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bridge.adapters.lola.address import Address, connect, listen, parse_address, remove
-from bridge.adapters.lola.server import GRACE, PERIOD, SLACK, PacketTimer
+from bridge.adapters.lola.server import LATE_FRAME_WAIT, PERIOD, SEND_DELAY, PacketTimer
 from bridge.errors import ConfigurationError, LinkError
 from tests.loops import repeat_while
 from tests.ports import free_port
@@ -56,20 +56,20 @@ def test_a_robot_whose_clock_runs_otherwise_is_followed() -> None:
     timer = PacketTimer(0.012, clock)
     sent = packets(timer, clock, frames, frames[-1])
     late = [at - frames[frame] for at, frame in sent[20:]]
-    assert min(late) > 0.5 * SLACK and max(late) < 2.0 * SLACK
+    assert min(late) > 0.5 * SEND_DELAY and max(late) < 2.0 * SEND_DELAY
     assert timer.repeated <= 1
 
 
 def test_a_late_frame_is_waited_for_and_a_missing_one_is_not() -> None:
     clock = Clock()
     frames = [k * PERIOD for k in range(1, 40)]
-    frames[20] += SLACK + GRACE // 2  # late, in time for the grace
+    frames[20] += SEND_DELAY + LATE_FRAME_WAIT // 2  # late, in time for the grace
     del frames[30]
     timer = PacketTimer(0.012, clock)
     sent = packets(timer, clock, frames, frames[-1])
     assert timer.repeated == 1
     gaps = [b[0] - a[0] for a, b in itertools.pairwise(sent[2:])]
-    assert max(gaps) < PERIOD + GRACE + 0.3 * MS
+    assert max(gaps) < PERIOD + LATE_FRAME_WAIT + 0.3 * MS
 
 
 @pytest.mark.parametrize("cycle", [0.010, 0.020])
@@ -95,7 +95,7 @@ def test_late_frames_at_the_start_cost_the_client_no_time_for_long() -> None:
     frames = [k * PERIOD + (5 * MS if k < 4 else 0) for k in range(1, 200)]
     timer = PacketTimer(0.012, clock)
     sent = packets(timer, clock, frames, frames[-1])
-    assert max(at - frames[frame] for at, frame in sent[80:]) < 1.5 * SLACK
+    assert max(at - frames[frame] for at, frame in sent[80:]) < 1.5 * SEND_DELAY
 
 
 def test_a_path_or_a_host_and_a_port() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.declared import offers
 from bridge.adapters.naoqi.services import Services
@@ -48,7 +48,7 @@ class Robot:
         frame: SensorFrame,
         body: str = "nao-v5",
         walks: dict[str, Callable[..., Any]] | None = None,
-        eyes: Eyes | None = None,
+        feed: CameraFeed | None = None,
     ) -> None:
         self.frame = frame
         self.events: list[tuple[str, Any]] = []
@@ -61,7 +61,7 @@ class Robot:
             lambda: None,
             self.count,
             lambda event, value, callbacks: self.events.append((event, value)),
-            eyes,
+            feed,
         )
 
     def count(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bridge.adapters.naoqi.interaction.qichat import Steps, kept_of, parse
+from bridge.adapters.naoqi.interaction.qichat import Steps, captures, parse
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
@@ -173,7 +173,7 @@ def matched(rule: str, words: str) -> tuple[tuple[str, ...] | None, int]:
     topic, steps = parse(f"topic: ~a()\nconcept:(a) ~a\nu:({rule}) b"), Steps()
     pattern = topic.rules[0].pattern
     assert pattern is not None
-    return kept_of(pattern, words, topic.concepts, steps), 20_000 - steps.left
+    return captures(pattern, words, topic.concepts, steps), 20_000 - steps.left
 
 
 def test_a_sentence_of_many_ways_to_match_takes_few_steps() -> None:

@@ -193,7 +193,7 @@ MOST_USED.sort(key=lambda row: row[2] in (none, true))  # what only reads comes 
 
 @pytest.fixture(scope="module")
 def robot() -> Robot:
-    robot = Robot(standing_frame(), eyes=Eyes())
+    robot = Robot(standing_frame(), feed=Eyes())
     robot.call("ALMemory", "insertData", "DCM/Mine", 1)
     robot.call("ALVideoDevice", "subscribeCamera", "seen", 1, 1, 11, 30)
     return robot

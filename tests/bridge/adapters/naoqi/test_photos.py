@@ -19,7 +19,7 @@ from tests.bridge.adapters.naoqi.served import Robot
 
 
 class Painter:
-    """Eyes that draw at once: the bytes of a picture say what was asked for."""
+    """Cameras that draw at once: the bytes of a picture say what was asked for."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[Any, ...]] = []
@@ -36,7 +36,7 @@ class Painter:
 
 @pytest.fixture
 def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    return Robot(standing(), eyes=Painter())
+    return Robot(standing(), feed=Painter())
 
 
 def test_a_picture_is_the_file_that_is_named(robot: Robot, tmp_path: Path) -> None:

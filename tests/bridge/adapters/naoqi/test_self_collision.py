@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bridge.adapters.naoqi.core.protection import MARGIN, ArmClearance
+from bridge.adapters.naoqi.core.protection import ARM_MARGIN, ArmClearance
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree
@@ -40,7 +40,7 @@ def test_a_protected_arm_stops_at_the_head_and_comes_back(robot: Robot, clearanc
     courses = robot.run(4.0)
     assert done.done()
     least = [clearance.of("LArm", position) for position in courses]
-    assert min(least) > 0.9 * MARGIN
+    assert min(least) > 0.9 * ARM_MARGIN
     assert robot.motion("isCollision", "LArm") == "near"
     for joint, wanted in zip(ARM, INTO_HEAD, strict=False):  # as near as it can
         assert robot.angle(joint) == pytest.approx(wanted, abs=0.25)
@@ -81,7 +81,7 @@ def test_the_vendors_postures_are_clear(body: str) -> None:
     sheet = load_body(body)
     clearance = ArmClearance(sheet, BodyTree(sheet).link_frames)
     for position in POSTURES.values():
-        assert all(clearance.of(arm, position) >= 0.9 * MARGIN for arm in ("LArm", "RArm"))
+        assert all(clearance.of(arm, position) >= 0.9 * ARM_MARGIN for arm in ("LArm", "RArm"))
 
 
 def test_other_chains_are_refused(robot: Robot) -> None:

@@ -22,7 +22,7 @@ class Link:
     free = False
 
     def notices(self) -> list[Notice]:
-        return [Notice(seq=1, level="warning", code="no-lease", text="Nobody holds the robot.")]
+        return [Notice(seq=1, level="warning", code="no-lease", text="No controller holds the robot.")]
 
     def acquire(self) -> None:
         if not self.free:

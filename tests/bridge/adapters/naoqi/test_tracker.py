@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.body.cameras import LINK, cameras
+from bridge.body.cameras import CAMERA_LINK, cameras
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree, homogeneous
 from bridge.messages import SensorFrame
@@ -39,7 +39,7 @@ class LateEyes:
         links = TREE.link_frames(frame.position)
         seen = []
         for i, camera in enumerate(cameras(BODY)):
-            view = links[LINK] @ homogeneous(R_pitch(camera.pitch), camera.place)
+            view = links[CAMERA_LINK] @ homogeneous(R_pitch(camera.pitch), camera.place)
             seen.append([i, "ball", "b", (np.linalg.inv(view) @ (*BALL, 1.0))[:3].tolist(), 0.06, head])
         self._told.append(seen)
         self._told.popleft()
@@ -51,7 +51,7 @@ class LateEyes:
 @pytest.mark.parametrize("cycles", [1, 50])
 def test_the_head_turns_to_the_ball_and_stays_there(standing: Callable[..., SensorFrame], cycles: int) -> None:
     eyes = LateEyes(cycles)
-    robot = Robot(standing(), eyes=eyes)
+    robot = Robot(standing(), feed=eyes)
     robot.call("ALTracker", "registerTarget", "RedBall", 0.06)
     robot.call("ALTracker", "track", "RedBall")
     yaws = []

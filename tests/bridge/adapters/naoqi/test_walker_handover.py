@@ -147,7 +147,7 @@ def test_a_move_gives_the_joints_away_before_the_walker_starts(walking: WalkingM
 def test_joints_come_back_from_a_walker_that_stands_by_for_the_next_walk(
     walking: WalkingMethods, stage: Stage
 ) -> None:
-    walking.handover.warm()
+    walking.handover.prestart()
     until(lambda: stage.did == ["start"])
     call(walking, "moveInit")
     assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"

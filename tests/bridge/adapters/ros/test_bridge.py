@@ -11,7 +11,7 @@ import pytest
 import zenoh
 
 from bridge.adapters.ros.bridge import RosBridge, RosCounts
-from bridge.adapters.ros.orders import HOLD
+from bridge.adapters.ros.orders import HOLD_TIME
 from bridge.adapters.ros.wire import RosNode
 from bridge.link import keys
 from bridge.link.query import serve_query
@@ -118,7 +118,7 @@ def test_a_velocity_walks_as_long_as_it_is_repeated_and_zero_stops(bridged: Brid
     """The hold stops the walk of a node that is gone."""
     bridged.twist(0.1)
     until(lambda: bridged.commands, "a command")
-    assert bridged.commands[0] == WalkCommand(op="walk", velocity=(0.1, 0.0, 0.0), hold=HOLD)
+    assert bridged.commands[0] == WalkCommand(op="walk", velocity=(0.1, 0.0, 0.0), hold=HOLD_TIME)
     bridged.twist(float("nan"))
     bridged.twist(0.0)
     until(lambda: len(bridged.commands) > 1, "a stop")

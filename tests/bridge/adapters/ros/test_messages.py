@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
-from bridge.adapters.ros.messages import EVERY, RosMessages, write_bag
+from bridge.adapters.ros.messages import MESSAGE_CYCLES, RosMessages, write_bag
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree
@@ -111,7 +111,7 @@ def test_a_recording_becomes_a_bag_that_rosbags_reads(tmp_path: Path) -> None:
             if c.topic == "/joint_states"
         ]
     assert read == counts
-    assert counts == {"robot_description": 1} | {topic: 100 // every for topic, every in EVERY.items()}
+    assert counts == {"robot_description": 1} | {topic: 100 // every for topic, every in MESSAGE_CYCLES.items()}
     assert states[50][0] == 500_000_000
     assert states[50][1].position[0] == standing_frame().position[0]
     with pytest.raises(ConfigurationError, match="give a new folder"):
