@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from bridge.body.joints import JOINTS
+from bridge.messages.frames import ELEMENTS, UNITS
 from nao_hil.analysis.diagnosis import Balance
 
 BLUE, ORANGE, GREEN, RED, GREY = "#339af0", "#ff922b", "#40c057", "#fa5252", "#868e96"
@@ -47,7 +48,17 @@ BALANCE: Final = {
     "hottest motor": "°C",
 }
 """Signals of the whole robot and their units."""
-SIGNALS: Final = BALANCE | {f"{q} {joint}": unit for joint in JOINTS for q, unit in QUANTITIES.items()}
+CONVERTED: Final = {
+    *("position", "stiffness", "current", "temperature"),
+    *("accelerometer", "gyroscope", "angle"),
+}
+"""Fields of the sensor frame that other signals show; those of all others are signals as they are."""
+PLAIN: Final = {field: names for field, names in ELEMENTS.items() if field not in CONVERTED}
+SIGNALS: Final = (
+    BALANCE
+    | {f"{field} {name}": UNITS.get(field, "") for field, names in PLAIN.items() for name in names}
+    | {f"{q} {joint}": unit for joint in JOINTS for q, unit in QUANTITIES.items()}
+)
 """Signal -> unit."""
 MIN_PAUSE: Final = 500.0
 """A longer time from one frame to the next is a pause of the world, ms."""
@@ -144,6 +155,7 @@ def signal_values(balance: Balance, late: float = math.nan) -> list[float]:
         "height right foot planned": _mm(walk.right[2] if walk is not None else None),
         "largest leg current": max(frame.current[i] for i in LEGS),
         "hottest motor": max(frame.temperature),
+        **{k: v for f, names in PLAIN.items() for k, v in _named(f + " {}", names, getattr(frame, f)).items()},
         **_named("angle {}", JOINTS, np.degrees(frame.position)),
         **_named("command {}", JOINTS, np.degrees(asked.position) if asked is not None else _UNKNOWN),
         **_named("current {}", JOINTS, frame.current),
