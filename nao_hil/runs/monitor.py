@@ -42,14 +42,14 @@ class Monitor:
             self._session = try_client(self._endpoint)
             if self._session is not None:
                 self._subscribers = [
-                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._enqueue, suffix))
+                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._store, suffix))
                     for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.GUARD)
                 ]
                 notices = keys.key(self._robot, keys.NOTICES)
                 self._subscribers.append(subscribe(self._session, notices, self._notices.append))
         return self._session is not None
 
-    def _enqueue(self, suffix: str, payload: bytes) -> None:
+    def _store(self, suffix: str, payload: bytes) -> None:
         self._newest[suffix] = payload
 
     def _get(self, suffix: str, kind: type[M]) -> M | None:
