@@ -172,7 +172,7 @@ def _load_authority(home: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certif
         certificate = x509.load_pem_x509_certificate((home / CERTIFICATE).read_bytes())
     except (ValueError, TypeError):
         raise ConfigurationError(
-            f"The authority in {home} cannot be read; take another folder, or remove it and make all keys again."
+            f"The authority in {home} cannot be read; take another folder, or remove it and renew all keys."
         ) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
         raise ConfigurationError(
