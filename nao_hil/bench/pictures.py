@@ -41,7 +41,7 @@ def measure(seconds: float = 15.0, rounds: int = 4) -> dict[str, Any]:
 
     Returns:
         Load of the machine at the beginning and the end; of each engine and case: cycles, cycles missed, of all
-        rounds and of the worst; pictures per second of each program, the fewest.
+        rounds and of the worst; results per second of each program, the fewest.
 
     Raises:
         LinkError: one of the processes failed, or the robot fell.

@@ -72,13 +72,13 @@ class Monitor:
         self._newest: dict[type[Any], bytes] = {}
         self._notices: deque[bytes] = deque(maxlen=_MAX_NOTICES)
         kinds = (SensorFrame, TruthFrame, WalkTelemetry, GuardStatus, Notice)
-        self._subscription = Subscription(robot, connect, kinds, self._enqueue)
+        self._subscription = Subscription(robot, connect, kinds, self._store)
 
     def connect(self) -> bool:
         """Try to connect, unless that is done; False while no robot is there."""
         return self._subscription.connect()
 
-    def _enqueue(self, kind: type[Any], payload: bytes) -> None:
+    def _store(self, kind: type[Any], payload: bytes) -> None:
         if kind is Notice:
             self._notices.append(payload)
         else:

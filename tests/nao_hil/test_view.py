@@ -122,7 +122,7 @@ def test_a_frame_is_late_against_the_most_punctual_one_and_a_pause_is_no_latenes
 
 
 def test_a_live_run_gives_a_late_browser_what_the_others_have(standing: list[Moment]) -> None:
-    info = SimpleNamespace(body=BODY.name, side="emulator", mode="real-time")
+    info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
     run = LiveRun(info, "robot nao", REPLY)  # type: ignore[arg-type]
     messages = [message for moment in standing for message in run.take(moment)]
     sent = np.array([np.frombuffer(m, "<f4") for m in messages if isinstance(m, bytes)])

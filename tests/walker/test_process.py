@@ -32,7 +32,9 @@ class Link:
 
     def wait_robot(self, stop: Any, timeout: float | None = None) -> Any:
         return (
-            None if stop() else SimpleNamespace(body="nao-v3", boot=7, cycle=0.01, mode=self.mode, robot="nao")
+            None
+            if stop()
+            else SimpleNamespace(body="nao-v3", sheet="", boot=7, cycle=0.01, mode=self.mode, robot="nao")
         )
 
     def latest(self, _: float) -> SensorFrame:
