@@ -24,7 +24,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
 
     file: str
     complete: bool
-    """False: the process that wrote it was killed; it reads up to its last whole chunk."""
+    """False: its writer was killed; it reads up to its last whole chunk."""
     after: int
     """Bytes behind its end, which are not read: of a second file joined to it, for example."""
     config: Any
@@ -69,7 +69,7 @@ class _Sum:
         self.steps = self._step = 0
 
     def take(self, topic: str, message: Any) -> None:
-        """Take in the next message, which came on a topic of `bridge.recording.canonical.TOPICS`."""
+        """Add the next message, of a topic of `bridge.recording.canonical.TOPICS`."""
         self.messages[topic] += 1
         if isinstance(message, SensorFrame):
             self.hash.add(message)

@@ -49,10 +49,10 @@ def arm(
 
 
 def _confirm(guard: GuardClient, name: str) -> None:
-    """Ask a person, who is told what will move and by whom.
+    """Ask the user to confirm, after naming the robot and its controller.
 
     Raises:
-        ConfigurationError: there is nobody to ask, or the answer is no.
+        ConfigurationError: there is no terminal, or the answer is no.
     """
     if not sys.stdin.isatty():
         raise ConfigurationError("`nao-hil arm` asks before it arms; without a terminal, say --yes.")

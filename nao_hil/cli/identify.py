@@ -45,8 +45,8 @@ def identify(
 ) -> Answer:
     """Fit backlash, delay, stiffness and friction to a recording of `nao-hil excite`.
 
-    The file loads with --wear, and says which values were identified, with intervals, and which were assumed.
-    Beside it are the same as JSON, and a page with pictures.
+    The file loads with --wear; it marks values as identified, with intervals, or as assumed. The same as JSON
+    and a page with pictures are written next to it.
 
     Example: nao-hil identify frames.mcap --out my-robot.toml
 
@@ -94,9 +94,9 @@ def compare(
     out: options.Out = None,
     overwrite: options.Overwrite = False,
 ) -> Answer:
-    """Replay a recording's commands through the emulated robot, and report what differs.
+    """Replay a recording's commands through the emulated robot, and report the differences.
 
-    Body, world and start are those that the recording names, unless options say otherwise; drives and sensors
+    Body, world and start are those of the recording, unless options name others; drives and sensors
     are `nominal`. Without commands only sensors are compared. The folder gets report.html and summary.json.
 
     Example: nao-hil compare frames.mcap --wear worn
@@ -161,8 +161,8 @@ def excite(
 ) -> Answer:
     """Move joint after joint, slowly and in small steps, and record it for `nao-hil identify`.
 
-    A robot that hangs by its shoulders moves all joints, one that stands only head and arms. It takes the
-    robot from where it is and brings it back there. --robot, --wear, --engine and --seed are for the emulated
+    A robot that hangs by its shoulders moves all joints, a standing one only head and arms. The motion
+    begins and ends in the present posture. --robot, --wear, --engine and --seed are for the emulated
     one.
 
     Example: nao-hil excite --wear worn --duration 120 --out worn

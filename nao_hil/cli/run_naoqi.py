@@ -77,7 +77,7 @@ def run_naoqi(
 def run_program(
     program: Path, arguments: list[str], robot: str | None, url: str, connect: str
 ) -> tuple[int, list[str]]:
-    """Run a program at a served robot, and start what is missing of both.
+    """Run a program at a served robot; robot and server are started where they are missing.
 
     Args:
         program: in Python 2 or 3.
@@ -87,7 +87,7 @@ def run_program(
         connect: Zenoh endpoint of the robot.
 
     Returns:
-        The program's exit code, and the names of the processes that were started.
+        The program's exit code, and the names of the started processes.
 
     Raises:
         LinkError: qi is not there, or a process did not start.
@@ -203,12 +203,12 @@ def run_choregraphe(
     url: Url = DEFAULT_URL,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer:
-    """Play a behaviour of Choregraphe: script boxes, timelines and flow diagrams; then list what was not done.
+    """Play a behaviour of Choregraphe: script boxes, timelines and flow diagrams; then list the parts left out.
 
     Example: nao-hil run-choregraphe my_project/my_project.pml
 
     It ends when the behaviour's onStopped is reached, or when nothing has run for a
-    while. Exit code 1: something was not done.
+    while. Exit code 1: a part is left out.
     """
     file = _chosen(behaviours(project), behaviour)
     read_behaviour(file)

@@ -23,7 +23,7 @@ class Entry(NamedTuple):
     what: str
     """Measured quantity, for people."""
     seeds: int
-    """Unless told otherwise."""
+    """Default."""
     thesis: bool = True
     """Part of `all`."""
     any_gait: bool = False

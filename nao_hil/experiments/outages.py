@@ -52,7 +52,7 @@ class OutageWalk(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """At any time."""
     walker: str
-    """The walker's last words; empty: it ended as it was told."""
+    """The walker's last message; empty: it ended by order."""
     notices: list[str]
     """Codes of the notices in order, without the routine ones."""
     recordings: list[int]

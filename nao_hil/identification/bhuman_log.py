@@ -29,7 +29,7 @@ _UNCOMPRESSED, _COMPRESSED, _MESSAGE_IDS, _TYPES, _SETTINGS = range(5)
 _UNIFIED: Final = 0x8000_0000
 """Bit in the number of primitive types: the names of types are unified already."""
 _OPEN: Final = 0x0FFF_FFFF
-"""Number of messages of a log that was not closed: they go on to the end of the file."""
+"""Number of messages of a log that is not closed: all up to the end of the file."""
 _HEADER: Final = struct.Struct("<II")
 _CODES: Final = {
     **{"bool": "?", "char": "b", "signed char": "b", "unsigned char": "B", "short": "h", "unsigned short": "H"},

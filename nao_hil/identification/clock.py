@@ -15,7 +15,7 @@ from nao_hil.identification.readings import Readings
 
 _LAG: Final = {12: 0.036, 10: 0.040}
 """Time by which joints follow their commands by the body's cycle in ms, s: teams' configurations of real
-robots. It cannot be told from the clocks' offset, so it is assumed."""
+robots. It cannot be separated from the clocks' offset, so it is assumed."""
 _MATCH: Final = 0.5
 """Least correlation of commanded and measured speeds."""
 _AMBIGUOUS: Final = 0.9

@@ -1,4 +1,4 @@
-"""A recorded robot beside the emulated one under the same commands, in numbers."""
+"""Differences of a recorded and the emulated robot under the same commands, in numbers."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def compare(
         replayed: The emulated robot under its commands.
         again: The same with another seed: the difference of the two is the noise floor.
     """
-    absent = (*absent_joints(body), *HANDS)  # differences count where something was measured
+    absent = (*absent_joints(body), *HANDS)  # differences count where there is a measurement
     quantum = 2.0 * math.pi / body.encoder_steps
     joints = [
         _joint(number, recorded, replayed, again, quantum)

@@ -37,7 +37,7 @@ _HEAD = (
 
 
 def plot_ranking(path: Path, joints: Sequence[JointComparison]) -> None:
-    """Difference of each joint beside its noise floor."""
+    """Difference of each joint, and its noise floor."""
     figure = Figure(figsize=(9.0, 0.28 * len(joints) + 1.2), layout="constrained")
     axes = figure.subplots()
     rows = np.arange(len(joints))[::-1]

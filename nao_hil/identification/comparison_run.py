@@ -31,13 +31,13 @@ def replay(
 ) -> Signals:
     """Run the emulated robot under the recorded commands, open loop.
 
-    It begins as the recording's robot did where the recording says how, else at rest in the first measured
-    posture, hanging if the settings say so or its feet carry nothing; without angles, as the settings say.
+    It begins in the start that the recording names, else at rest in the first measured
+    posture, hanging by the settings or where its feet carry nothing; without angles, by the settings.
 
     Args:
         recorded: Commands; a joint without one holds its first measured angle.
         settings: Of the emulated robot: body, wear, engine, scenario, start and seed.
-        progress: Told of each cycle.
+        progress: Called with each cycle.
 
     Raises:
         ConfigurationError: no such body, wear profile, scenario or start.
@@ -116,7 +116,7 @@ def compare_recording(
         recorded: The recording.
         name: Of its file, for the result.
         settings: The emulated robot; the noise floor's replay has the next seed.
-        progress: Told of the share that is done.
+        progress: Called with the share that is done.
 
     Returns:
         The numbers, and the first replay.
@@ -161,7 +161,7 @@ def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
 
 
 def _comparable(recorded: RecordedSignals) -> tuple[RecordedSignals, RecordedSignals | None, tuple[str, ...]]:
-    """Signals to measure, signals to replay (None: none), and a sentence if the recording was changed."""
+    """Signals to measure, signals to replay (None: none), and a sentence on changes of the recording."""
     if recorded.commanded:
         return recorded, recorded, ()
     if recorded.has_angles:

@@ -38,7 +38,7 @@ _BLOCK: Final = 20.0
 _CHANGE: Final = 2.5
 """Time between two poses, s; the longest way is 1.6 rad."""
 _STEPS: Final = 0.3
-"""Share of a joint's time that goes to steps."""
+"""Share of a joint's time in steps."""
 _HEIGHT: Final = (0.04, 0.8)
 """Half height of a step at most, rad, and as a fraction of the way without load in a cycle: the guard lets
 through steps of twice that way."""
@@ -203,7 +203,7 @@ class ExcitationResult(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float
     cycles: int
     cycles_left_out: int
-    """Cycles of a robot in real time that were not answered."""
+    """Unanswered cycles of a robot in real time."""
     clipped: int | None
     """Commands that the guard had to change: none; None: not known of a robot on the link."""
     seed: int | None
@@ -231,7 +231,7 @@ def excite_emulated(
         settings: Body, wear, engine, scenario, start and seed.
         duration: s
         file: Recording to write.
-        progress: Told of the share that is done.
+        progress: Called with the share that is done.
 
     Raises:
         ConfigurationError: no such body, wear profile, scenario or start, or too short a duration.
@@ -269,14 +269,14 @@ def excite_emulated(
 def excite_linked(
     connection: Connection, start: str, duration: float, file: Path, progress: Progress = lambda _: None
 ) -> ExcitationResult:
-    """Move a robot on the link, from where it is; what its guard changes is not recorded.
+    """Move a robot on the link from its present posture; changes by its guard are not recorded.
 
     Args:
         connection: To the robot; holds the lease.
         start: `hang`: the legs move too.
         duration: s
         file: Recording to write.
-        progress: Told of the share that is done.
+        progress: Called with the share that is done.
 
     Raises:
         ConfigurationError: too short a duration.

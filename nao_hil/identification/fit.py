@@ -219,14 +219,14 @@ def fit(
     """Fit the drives of a robot whose torso does not move.
 
     The residuals are the encoders'. Each joint's encoder has a zero of its own, which is fitted too. The
-    covariance is the sandwich estimate over stretches of motion: what the model leaves out makes residuals that
-    stay alike within a stretch, and differ from one to the next.
+    covariance is the sandwich estimate over stretches of motion: effects outside of the model make
+    residuals that stay alike within a stretch, and differ from one to the next.
 
     Args:
         body: Data sheet.
         signals: The recording; every present joint has a command.
         base: Values that are not fitted, and where the search begins.
-        progress: Told the number of simulations so far.
+        progress: Called with the number of simulations.
 
     Raises:
         ConfigurationError: nothing in the recording moves as it would have to.

@@ -36,16 +36,16 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     base: str
     """Wear profile that everything else is taken from."""
     profile: str
-    """File that was written."""
+    """The written file."""
     confidence: float
     notes: tuple[str, ...]
     """Conversions and assumptions about the recording."""
     seconds: float
     parameters: dict[str, Estimate]
-    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
-    follows from them: `stiffness.KneePitch`, ..., N m/rad."""
+    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and
+    the derived `stiffness.KneePitch`, ..., N m/rad."""
     assumed: tuple[str, ...]
-    """Values of the profile's table `servo` that were not fitted."""
+    """Values of the profile's table `servo` that are not fitted."""
     residual: dict[str, float | None]
     """RMS of the measured angle less the model's by joint, rad; None: not used."""
 
@@ -56,15 +56,15 @@ def identify(
     """Fit the drives to a recording.
 
     Args:
-        recorded: Of a robot that hangs, or stands still while head and arms move.
+        recorded: Of a robot that hangs, or whose feet and torso rest while head and arms move.
         base: Values that are not fitted.
-        progress: Told the number of simulations so far.
+        progress: Called with the number of simulations.
 
     Returns:
-        The fit, and the part of the recording that it was made on.
+        The fit, and the part of the recording that it uses.
 
     Raises:
-        ConfigurationError: only sensors were recorded, the torso moves, or no joint moves by itself.
+        ConfigurationError: only sensors are recorded, the torso moves, or no joint moves by itself.
     """
     if not (recorded.commanded and recorded.has_angles):
         raise ConfigurationError(
@@ -108,7 +108,7 @@ def result(
     Args:
         recorded: The recording.
         found: Fit to it.
-        signals: The part of it that was used.
+        signals: The part of it in use.
         base: The rest.
         recording: Its file.
         profile: File of the profile.

@@ -50,7 +50,7 @@ class Signals:
     fsr: Array
     """Force cells, left foot first, (n, 8), N."""
     measured: NDArray[np.bool_]
-    """Rows at which something was measured, (n,); the measurements of the others are interpolated."""
+    """Rows with a measurement, (n,); the measurements of the others are interpolated."""
 
     @property
     def cycle(self) -> float:
@@ -200,7 +200,7 @@ _WATCHED: Final = 1.0
 
 
 def hangs(body: Body, signals: Signals) -> bool | None:
-    """The feet carry next to nothing at the beginning; None: their forces were not recorded."""
+    """The feet carry next to nothing at the beginning; None: their forces are not recorded."""
     fsr = signals.fsr[: round(_WATCHED / signals.cycle)]
     if not np.isfinite(fsr).all():
         return None

@@ -94,7 +94,7 @@ class RecordedSignals:
     readings: Readings
     """The same measurements at their own times."""
     config: dict[str, Any]
-    """Configuration that the recording was made with; empty: it holds none."""
+    """Configuration of the recorded run; empty: it holds none."""
     whole: bool
     """It begins with the robot's first cycle."""
     encoder_grid: EncoderGrid
@@ -181,7 +181,7 @@ def _own(path: Path) -> tuple[Readings, dict[str, Any], bool]:
 def _commands(sensors: Any, actuators: Any) -> dict[str, Array]:
     """The command in force in the cycle after each sensor frame; NaN before the first one.
 
-    A frame says with `command` which one was in force in the cycle that it ends.
+    `command` of a frame names the one in force in the cycle that it ends.
     """
     replies = actuators["reply_to"].astype(int)
     order = np.argsort(replies, kind="stable")

@@ -46,7 +46,7 @@ def follow_angles(recorded: RecordedSignals) -> RecordedSignals:
 
 
 def at_rest(signals: Signals) -> slice | None:
-    """The longest stretch, 20 s at most, in which the torso does not move; None: none, or it cannot be told."""
+    """The longest stretch, 20 s at most, in which the torso does not move; None: none, or unknown."""
     size = max(round(_WINDOW / signals.cycle), 2)
     known = [
         (name, axis)

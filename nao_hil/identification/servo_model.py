@@ -1,8 +1,8 @@
 """The emulator's drives with one joint each behind them: no engine, no other joint, machine code.
 
-A joint has the inertia and the gravity of what it carries, see `loads`; the drive is `emulator.servo`'s.
+A joint has the inertia and the gravity of its load, see `loads`; the drive is `emulator.servo`'s.
 
-What each joint of a robot with a held torso has to move: gravity and inertia of all links behind it.
+Load of each joint of a robot with a held torso: gravity and inertia of all links behind it.
 
 Other joints are taken where they are measured, and at rest.
 """

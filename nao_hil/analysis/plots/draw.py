@@ -64,7 +64,7 @@ def missing(tables: Tables, name: str) -> list[str]:
 
 
 def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
-    """Draw one plot; the file's suffix says in which format.
+    """Draw one plot; the file's suffix gives the format.
 
     Args:
         runs: Tables and title of each run; curves of the second and later ones are dashed over the first's.
