@@ -57,7 +57,7 @@ def _confirm(guard: GuardClient, name: str) -> None:
     if not sys.stdin.isatty():
         raise ConfigurationError("`nao-hil arm` asks before it arms; without a terminal, say --yes.")
     info, status, holder = guard.info(), guard.status(), guard.holder()
-    who = f"controller `{holder}` holds it and may move it at once" if holder else "nobody holds it yet"
+    who = f"controller `{holder}` holds it and may move it at once" if holder else "no controller holds it yet"
     typer.echo(f"Robot `{name}` ({info.body}, {info.side}): {status.text} When armed: {who}.", err=True)
     if not typer.confirm("Stand clear, or hold it. Arm?", err=True):
         raise ConfigurationError("not armed.")

@@ -151,7 +151,7 @@ def _rows(c: Any) -> list[tuple[str, str]]:
         ("notices", ", ".join(f"{code} {n}" for code, n in c.notices.items()) or "none"),
         (
             "steps",
-            str(c.steps) if c.messages["walk/telemetry"] else "not told: the controller sends no telemetry",
+            str(c.steps) if c.messages["walk/telemetry"] else "unknown: the controller sends no telemetry",
         ),
         ("largest torso tilt", f"{math.degrees(c.torso_max):.2f} deg"),
     ]

@@ -68,8 +68,8 @@ def run_naoqi(
     arguments = arguments or []
     given = {argument.partition("=")[0] for argument in arguments}
     for option in filter(given.__contains__, OWN_OPTIONS):
-        said = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
-        print(f"warning: {said}", file=sys.stderr, flush=True)
+        text = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
+        print(f"warning: {text}", file=sys.stderr, flush=True)
     code, started = run_program(program, arguments, robot, url, connect)
     return Answer({"exit_code": code, "started": started}, code=code)
 

@@ -126,7 +126,7 @@ def write_comparison(path: Path, result: Comparison, recorded: Signals, replayed
         ("seconds", f"{result.seconds:.2f}"),
         *(("note", note) for note in result.notes),
     ]
-    write_report(path, Report("A recording beside the emulated robot", [page], facts, about=_ABOUT))
+    write_report(path, Report("A recording and the emulated robot", [page], facts, about=_ABOUT))
 
 
 def _pictures(folder: Path, result: Comparison, recorded: Signals, replayed: Signals) -> list[Picture]:

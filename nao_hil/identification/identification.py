@@ -68,7 +68,7 @@ def identify(
     """
     if not (recorded.commanded and recorded.has_angles):
         raise ConfigurationError(
-            "Only sensors were recorded; identification needs the command of each joint beside its angle, as "
+            "Only sensors were recorded; identification needs the command and the angle of each joint, as "
             "`nao-hil excite` records them."
         )
     tilt = recorded.signals.angle
