@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -13,8 +13,13 @@ from bridge.link import DEFAULT_ROBOT
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.files import write_bytes
-from nao_hil.runs.config import run_config
+from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory, recording_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nao_hil.identification.excitation import ExcitationResult
 
 RecordingOrCsv = Annotated[
     Path,
@@ -169,17 +174,34 @@ def excite(
 
     Example: nao-hil excite --connect tcp/192.168.1.7:7447 --start hang
     """
-    # imported late: physics and the link are for those who use them
-    from rich.progress import Progress
-
-    from nao_hil.connection import connect as connected
-    from nao_hil.identification.excitation import check_start, excite_emulated, excite_linked
+    from nao_hil.identification.excitation import check_start  # imported late: it loads SciPy
 
     check_start(start, duration)
     console = open_console()
     settings = run_config(None, robot=robot, wear=wear, engine=engine, seed=seed, start=start)
     directory = RunDirectory(out)
     directory.clear(overwrite=overwrite)
+    if connect is None:
+        settings = chosen_engine(settings, console)
+        directory.write_config(settings)
+    result = _excite(settings, duration, connect, name, directory.recording, console)
+    directory.write_summary(msgspec.to_builtins(result))
+    console.print(
+        f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
+    )
+    return Answer(result)
+
+
+def _excite(
+    settings: RunConfig, duration: float, connect: str | None, name: str, recording: Path, console: Console
+) -> ExcitationResult:
+    """Move the robot at an endpoint, or without one an emulated robot, under a progress bar."""
+    # imported late: physics and the link are for those who use them
+    from rich.progress import Progress
+
+    from nao_hil.connection import connect as connected
+    from nao_hil.identification.excitation import excite_emulated, excite_linked
+
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("excitation", total=1.0)
 
@@ -187,14 +209,6 @@ def excite(
             bar.update(task, completed=share)
 
         if connect is None:
-            settings = chosen_engine(settings, console)
-            directory.write_config(settings)
-            result = excite_emulated(settings, duration, directory.recording, show)
-        else:
-            with connected(connect, robot=name, name="excite") as link:
-                result = excite_linked(link, start, duration, directory.recording, show)
-    directory.write_summary(msgspec.to_builtins(result))
-    console.print(
-        f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
-    )
-    return Answer(result)
+            return excite_emulated(settings, duration, recording, show)
+        with connected(connect, robot=name, name="excite") as link:
+            return excite_linked(link, settings.start, duration, recording, show)
