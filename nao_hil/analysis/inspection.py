@@ -24,7 +24,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
 
     file: str
     complete: bool
-    """False: the process that wrote it was killed; it reads up to its last whole chunk."""
+    """False: its writer was killed; it reads up to its last whole chunk."""
     after: int
     """Bytes behind its end, which are not read: of a second file joined to it, for example."""
     config: Any

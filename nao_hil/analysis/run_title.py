@@ -8,7 +8,7 @@ from bridge.recording.playback import recorded_config
 
 
 def run_title(recording: str | Path) -> str:
-    """Robot, wear, gait and seed, as far as they were recorded; empty when nothing was.
+    """Robot, wear, gait and seed, as far as they are recorded; empty when none is.
 
     Raises:
         ConfigurationError: not a recording.

@@ -12,7 +12,7 @@ from scipy.stats import binomtest, norm, quantile_test
 from scipy.stats import t as student
 
 ENOUGH: Final = 20
-"""Runs of a condition; a report of fewer says so in its title."""
+"""Runs of a condition; the title of a report of fewer names the number."""
 
 
 def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:

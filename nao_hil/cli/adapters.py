@@ -72,7 +72,7 @@ def serve_lola(
 def _bridged(
     run: RunConfig, body: str | None, name: str, listen: str, dry_run: bool, priority: bool, **more: Any
 ) -> BridgeSettings:
-    """Settings of a bridge; `body` is None where the robot is to say its own."""
+    """Settings of a bridge; `body` is None where the robot reports its own."""
     return BridgeSettings(
         robot=name,
         listen=listen,

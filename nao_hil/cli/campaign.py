@@ -31,7 +31,7 @@ def campaign(
 ) -> Answer:
     """Walk every combination of the axes in a file with every seed, and count who walks on.
 
-    The same command with the same --out goes on where it was stopped. Exit code 130: it was stopped. A walk
+    The same command with the same --out continues after a stop. Exit code 130: stopped. A walk
     that fails is named at the end; the others count.
 
     Example: nao-hil campaign slopes.toml --out runs/slopes --cluster tcp://10.0.0.1:8786

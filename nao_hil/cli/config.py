@@ -48,7 +48,7 @@ def _without_none(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check_run(file: Path) -> None:
-    from nao_hil.runs.build import check_run  # imported late: the walk stands on SciPy
+    from nao_hil.runs.build import check_run  # imported late: the walk needs SciPy
 
     check_run(run_config(file))
 
@@ -65,12 +65,12 @@ KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
     "wear": (WearProfile, lambda file: load_wear(str(file))),
     "body": (Body, lambda file: _check_robot(RunConfig(robot=str(file)))),
 }
-"""Kind of a file -> what it is read as, and how it is checked."""
+"""Kind of a file -> its structure, and its check."""
 
 
 def _whole(settings: RunConfig) -> dict[str, Any]:
     """The configuration with the shipped parameters of gait and controllers filled in; checked."""
-    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    # imported late: the walk needs SciPy, which help and completion need not wait for
     from nao_hil.runs.build import check_run
     from walker.gaits import gait_parameters
     from walker.parameters import controller_parameters
@@ -111,7 +111,7 @@ def check(
 
 
 def kind_of(file: Path) -> str:
-    """What a file is, by the keys at its top: the kind that knows most of them, of several a good one.
+    """Kind of a file by its top-level keys: the kind with most of them, of several the first valid one.
 
     Raises:
         ConfigurationError: unreadable, not TOML, or no key that any kind has.
@@ -120,7 +120,7 @@ def kind_of(file: Path) -> str:
     known = {kind: sum(_knows(struct, *entry) for entry in data.items()) for kind, (struct, _) in KINDS.items()}
     most = max(known.values())
     if not most:
-        for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check will say so
+        for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check reports it
             if any(get_close_matches(key, struct.__struct_fields__) for key in data):
                 return kind
         raise ConfigurationError(
@@ -162,7 +162,7 @@ def robots() -> Answer:
 
 def gaits() -> Answer:
     """List the gaits and their shipped parameters."""
-    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    # imported late: the walk needs SciPy, which help and completion need not wait for
     from walker.gaits import GAITS, gait_parameters
 
     rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}

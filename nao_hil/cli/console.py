@@ -46,7 +46,7 @@ def log_to_stderr() -> None:
 
 
 def end_log() -> None:
-    """Write what has been said so far; nothing is written after that."""
+    """Write the text so far, and nothing after that."""
     while _listeners:
         _listeners.pop().stop()
 
@@ -54,7 +54,7 @@ def end_log() -> None:
 def open_console(*, stderr: bool = True) -> Console:
     """A console on stderr or stdout: as wide as the terminal or `COLUMNS` says, or wide in a pipe or a file.
 
-    What it prints stays as it is: the `:CD:` of a fingerprint is no emoji, `[a]` in a path no markup.
+    Text is printed as it is: the `:CD:` of a fingerprint is no emoji, `[a]` in a path no markup.
     """
     stream = sys.stderr if stderr else sys.stdout
     terminal = stream is not None and stream.isatty()
@@ -71,10 +71,10 @@ def own_command() -> str:
 
 
 def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
-    """The configuration with its engine by name; a missing PyBullet is told in a sentence.
+    """The configuration with its engine by name; a missing PyBullet is reported in a sentence.
 
     Raises:
-        ConfigurationError: the engine that was asked for is not installed.
+        ConfigurationError: the engine is not installed.
     """
     # imported late: the walker's machine has no physics engine
     from emulator.engine.catalogue import ENGINES, WITHOUT_PYBULLET, require_engine
@@ -88,7 +88,7 @@ def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
 
 
 class Answer(NamedTuple):
-    """Value of a command: one JSON object with `--json`, else what people read."""
+    """Value of a command: one JSON object with `--json`, else text."""
 
     data: Any
     """For `--json`; None: there is none."""

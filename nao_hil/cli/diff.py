@@ -1,4 +1,4 @@
-"""`nao-hil diff`: what two recorded runs do not have in common."""
+"""`nao-hil diff`: differences of two recorded runs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def diff(
 
 
 def differences(first: Path, second: Path) -> dict[str, Any]:
-    """What differs: `config` and `figures` by name with both values, `events` of one run only.
+    """Differences: `config` and `figures` by name with both values, `events` of one run only.
 
     Raises:
         ConfigurationError: not a recording.

@@ -1,4 +1,4 @@
-"""`nao-hil doctor`: what of this machine matters to a robot and its controller, and what to do about it."""
+"""`nao-hil doctor`: properties of this machine that matter to a robot and its controller, and advice."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PORTS: Final = {
     ),
     8080: ("of the page", "Another page or server has it; give `nao-hil view` and `up --view` another --port."),
 }
-"""Default ports: whose they are, and what to do when one is taken."""
+"""Default ports: owner, and advice when one is taken."""
 CYCLE: Final = 0.01
 CYCLES: Final = 100
 MAX_LATENESS: Final = 0.001
@@ -62,13 +62,13 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     name: str
     verdict: Verdict
     value: str
-    """What was found."""
+    """The finding."""
     advice: str
-    """What it means, and what to do when it is not good."""
+    """Its meaning, and advice when it is not good."""
 
 
 def doctor() -> Answer:
-    """Say what of this machine matters: cores, timer, permissions, port, packages. Exit code 3: it cannot work.
+    """Check this machine: cores, timer, permissions, port, packages. Exit code 3: it cannot work.
 
     Example: nao-hil doctor --json
     """

@@ -22,8 +22,8 @@ from nao_hil.drive.inputs import Inputs
 if TYPE_CHECKING:
     from nao_hil.drive.session import Session
 
-_LOOK: Final = 0.25
-"""s between two looks at the robot while no key is pressed."""
+_POLL_INTERVAL: Final = 0.25
+"""s between two queries of the robot while no key is pressed."""
 
 
 def drive(
@@ -38,7 +38,7 @@ def drive(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer:
-    """Walk a robot by the keys of this terminal; its walker was started with --serve.
+    """Walk a robot by the keys of this terminal; its walker runs with --serve.
 
     The robot stops three seconds after the driver's last word, should this terminal or the line break.
 
@@ -46,7 +46,7 @@ def drive(
 
     Example: nao-hil drive --gamepad /dev/input/js0 --connect tcp/192.168.1.7:7447
     """
-    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    # imported late: the walk needs SciPy, which help and completion need not wait for
     from nao_hil.drive.session import Session
 
     stop = stop_event()
@@ -56,7 +56,7 @@ def drive(
             try:
                 while not stop.is_set() and not session.target.leave:
                     live.update(picture(session), refresh=True)
-                    taken = inputs.wait(_LOOK)
+                    taken = inputs.wait(_POLL_INTERVAL)
                     session.take(taken.keys if taken.open else ["Q"], taken.stick)
             finally:
                 session.end()
@@ -65,7 +65,7 @@ def drive(
 
 
 def outcome(session: Session, name: str, connect: str, gamepad: Path | None) -> dict[str, Any]:
-    """The JSON of the command: what was done, by what, and with which gait and controllers of the walker."""
+    """JSON of the command: outcome, input device, and gait and controllers of the walker."""
     status = session.status
     return {
         "position": status.position,
@@ -83,7 +83,7 @@ def outcome(session: Session, name: str, connect: str, gamepad: Path | None) -> 
 
 
 def picture(session: Session) -> Table:
-    """What the driver sees."""
+    """Picture for the terminal: state of the robot and the keys."""
     s = session.status
     table = Table(show_header=False, title="nao-hil drive")
     x, y, yaw = s.position

@@ -38,9 +38,7 @@ def emulate(
     disarmed: Annotated[
         bool, typer.Option("--disarmed", help="Start as a real robot does: `nao-hil arm` comes first.")
     ] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
-    ] = False,
+    dry_run: options.DryRun = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
 ) -> Answer:
@@ -88,7 +86,7 @@ def _run(
     require_upright(robot)
     with ExitStack() as opened:
         link = opened.enter_context(RobotLink(info, listen, announced=False))
-        directory = RunDirectory(out)  # the run can begin: what was in the folder stayed until here
+        directory = RunDirectory(out)  # the run can begin: the folder keeps its content until here
         directory.clear(overwrite=overwrite)
         recorder = opened.enter_context(Recorder(directory.recording, settings, robot_scene(body)))
         directory.write_config(settings)

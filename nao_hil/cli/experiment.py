@@ -1,4 +1,4 @@
-"""`nao-hil experiment`: what the robot is and does, measured, with a verdict and a report."""
+"""`nao-hil experiment`: measurements of the robot and its walk, with a verdict and a report."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def experiment(
 ) -> Answer:
     """Run an experiment over many seeds; figures, JSON and report.html go to the run's folder.
 
-    Walks are kept there too: the same command with the same --out goes on where it was stopped. Exit code 1:
+    Walks are kept there too: the same command with the same --out continues after a stop. Exit code 1:
     the verdict failed. `network` and `outages` make network namespaces: Linux, root and iproute2. `soak` walks
     by the clock for --duration (300 s) with the first seed.
 
@@ -121,7 +121,7 @@ def experiment(
 def _changes(
     file: Path | None, robot: str | None, wear: str | None, engine: str | None, gait: str | None
 ) -> RunConfig:
-    """Robot, wear, engine and changed parameters; the robot is a nominal one unless someone says otherwise."""
+    """Robot, wear, engine and changed parameters; the default wear is nominal."""
     settings = run_config(file, robot=robot, wear=wear, engine=engine, gait=gait)
     if wear is None and (file is None or "wear" not in msgspec.toml.decode(file.read_bytes())):
         settings = msgspec.structs.replace(settings, wear="nominal")

@@ -34,7 +34,7 @@ def mjcf(out: File, robot: options.Body = None, wear: options.Wear = None) -> An
 
 
 def urdf(out: File, robot: options.Body = None, wear: options.Wear = None) -> Answer:
-    """Write the robot as URDF: links, masses, joints and shapes, which is all that URDF can say.
+    """Write the robot as URDF: links, masses, joints and shapes; URDF can hold no more.
 
     Example: nao-hil export urdf --robot nao-v3 --out nao.urdf
     """
@@ -133,23 +133,7 @@ def export_run(
 
     Example: nao-hil export walk.mcap --video fall.webm --from 10 --to 14 --speed 0.25
     """
-    if page is None and video is None:
-        raise ConfigurationError("Say what to write: --html FILE, --video FILE, or both.")
-    if video is not None and video.suffix != ".webm":
-        raise ConfigurationError(
-            f"{video}: the video is a .webm; `ffmpeg -i run.webm run.mp4` makes another format of it."
-        )
-    if page is not None and page.suffix not in (".html", ".htm"):
-        raise ConfigurationError(f"{page}: the page is an .html file; give it such a name.")
-    if video is None and (begin, end, speed) != (0.0, None, 1.0):
-        raise ConfigurationError(
-            "--from, --to and --speed are the video's, the page has the whole run; give --video FILE, or leave "
-            "them out."
-        )
-    options.check_stretch(begin, end)
-    for file in (page, video):
-        if file is not None and not file.parent.is_dir():
-            raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")
+    _check(page, video, begin, end, speed)
     written: dict[str, Path] = {}
     if page is not None:
         from nao_hil.view.page import recorded_page
@@ -166,3 +150,24 @@ def export_run(
         open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
     files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
     return Answer({**files, "config": recorded_config(recordings[0])})
+
+
+def _check(page: Path | None, video: Path | None, begin: float, end: float | None, speed: float) -> None:
+    """Raises ConfigurationError for files that cannot be written, or options without the video."""
+    if page is None and video is None:
+        raise ConfigurationError("Name the files to write: --html FILE, --video FILE, or both.")
+    if video is not None and video.suffix != ".webm":
+        raise ConfigurationError(
+            f"{video}: the video is a .webm; `ffmpeg -i run.webm run.mp4` makes another format of it."
+        )
+    if page is not None and page.suffix not in (".html", ".htm"):
+        raise ConfigurationError(f"{page}: the page is an .html file; give it such a name.")
+    if video is None and (begin, end, speed) != (0.0, None, 1.0):
+        raise ConfigurationError(
+            "--from, --to and --speed are the video's, the page has the whole run; give --video FILE, or leave "
+            "them out."
+        )
+    options.check_stretch(begin, end)
+    for file in (page, video):
+        if file is not None and not file.parent.is_dir():
+            raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")

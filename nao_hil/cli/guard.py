@@ -49,15 +49,15 @@ def arm(
 
 
 def _confirm(guard: GuardClient, name: str) -> None:
-    """Ask a person, who is told what will move and by whom.
+    """Ask the user to confirm, after naming the robot and its controller.
 
     Raises:
-        ConfigurationError: there is nobody to ask, or the answer is no.
+        ConfigurationError: there is no terminal, or the answer is no.
     """
     if not sys.stdin.isatty():
         raise ConfigurationError("`nao-hil arm` asks before it arms; without a terminal, say --yes.")
     info, status, holder = guard.info(), guard.status(), guard.holder()
-    who = f"controller `{holder}` holds it and may move it at once" if holder else "nobody holds it yet"
+    who = f"controller `{holder}` holds it and may move it at once" if holder else "no controller holds it yet"
     typer.echo(f"Robot `{name}` ({info.body}, {info.side}): {status.text} When armed: {who}.", err=True)
     if not typer.confirm("Stand clear, or hold it. Arm?", err=True):
         raise ConfigurationError("not armed.")

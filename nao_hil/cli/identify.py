@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -13,8 +13,13 @@ from bridge.link import DEFAULT_ROBOT
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.files import write_bytes
-from nao_hil.runs.config import run_config
+from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory, recording_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nao_hil.identification.excitation import ExcitationResult
 
 RecordingOrCsv = Annotated[
     Path,
@@ -45,8 +50,8 @@ def identify(
 ) -> Answer:
     """Fit backlash, delay, stiffness and friction to a recording of `nao-hil excite`.
 
-    The file loads with --wear, and says which values were identified, with intervals, and which were assumed.
-    Beside it are the same as JSON, and a page with pictures.
+    The file loads with --wear; it marks values as identified, with intervals, or as assumed. The same as JSON
+    and a page with pictures are written next to it.
 
     Example: nao-hil identify frames.mcap --out my-robot.toml
 
@@ -94,9 +99,9 @@ def compare(
     out: options.Out = None,
     overwrite: options.Overwrite = False,
 ) -> Answer:
-    """Replay a recording's commands through the emulated robot, and report what differs.
+    """Replay a recording's commands through the emulated robot, and report the differences.
 
-    Body, world and start are those that the recording names, unless options say otherwise; drives and sensors
+    Body, world and start are those of the recording, unless options name others; drives and sensors
     are `nominal`. Without commands only sensors are compared. The folder gets report.html and summary.json.
 
     Example: nao-hil compare frames.mcap --wear worn
@@ -161,25 +166,42 @@ def excite(
 ) -> Answer:
     """Move joint after joint, slowly and in small steps, and record it for `nao-hil identify`.
 
-    A robot that hangs by its shoulders moves all joints, one that stands only head and arms. It takes the
-    robot from where it is and brings it back there. --robot, --wear, --engine and --seed are for the emulated
+    A robot that hangs by its shoulders moves all joints, a standing one only head and arms. The motion
+    begins and ends in the present posture. --robot, --wear, --engine and --seed are for the emulated
     one.
 
     Example: nao-hil excite --wear worn --duration 120 --out worn
 
     Example: nao-hil excite --connect tcp/192.168.1.7:7447 --start hang
     """
-    # imported late: physics and the link are for those who use them
-    from rich.progress import Progress
-
-    from nao_hil.connection import connect as connected
-    from nao_hil.identification.excitation import check_start, excite_emulated, excite_linked
+    from nao_hil.identification.excitation import check_start  # imported late: it loads SciPy
 
     check_start(start, duration)
     console = open_console()
     settings = run_config(None, robot=robot, wear=wear, engine=engine, seed=seed, start=start)
     directory = RunDirectory(out)
     directory.clear(overwrite=overwrite)
+    if connect is None:
+        settings = chosen_engine(settings, console)
+        directory.write_config(settings)
+    result = _excite(settings, duration, connect, name, directory.recording, console)
+    directory.write_summary(msgspec.to_builtins(result))
+    console.print(
+        f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
+    )
+    return Answer(result)
+
+
+def _excite(
+    settings: RunConfig, duration: float, connect: str | None, name: str, recording: Path, console: Console
+) -> ExcitationResult:
+    """Move the robot at an endpoint, or without one an emulated robot, under a progress bar."""
+    # imported late: physics and the link are for those who use them
+    from rich.progress import Progress
+
+    from nao_hil.connection import connect as connected
+    from nao_hil.identification.excitation import excite_emulated, excite_linked
+
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("excitation", total=1.0)
 
@@ -187,14 +209,6 @@ def excite(
             bar.update(task, completed=share)
 
         if connect is None:
-            settings = chosen_engine(settings, console)
-            directory.write_config(settings)
-            result = excite_emulated(settings, duration, directory.recording, show)
-        else:
-            with connected(connect, robot=name, name="excite") as link:
-                result = excite_linked(link, start, duration, directory.recording, show)
-    directory.write_summary(msgspec.to_builtins(result))
-    console.print(
-        f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
-    )
-    return Answer(result)
+            return excite_emulated(settings, duration, recording, show)
+        with connected(connect, robot=name, name="excite") as link:
+            return excite_linked(link, settings.start, duration, recording, show)

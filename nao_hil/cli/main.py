@@ -110,10 +110,10 @@ class _RunUnlessNamed(TyperGroup):
     """`nao-hil export RUN ...` means `nao-hil export run RUN ...`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the name in where there is none of a command.
+        """Insert the name of the default command where none is given.
 
         Raises:
-            ConfigurationError: what is there is neither a command nor a path.
+            ConfigurationError: the argument is neither a command nor a path.
         """
         named = not args or args[0] in self.commands or args[0].startswith("-")
         path = Path(args[0]) if args else Path()
@@ -219,7 +219,7 @@ def run(arguments: list[str] | None = None) -> int:
 
 
 def _in_words(sentence: str, context: Any) -> str:
-    """Typer's sentence about a command as a person would say it."""
+    """Typer's message about a command, in plain words."""
     if found := re.fullmatch(r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)", sentence):
         options = [option for each in context.command.params for option in each.opts if option.startswith("--")]
         return f"{found[1]!r} needs an option before it; {context.command_path} has {', '.join(options)}"

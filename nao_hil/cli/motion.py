@@ -127,7 +127,7 @@ def _player(robot: EmulatedRobot, name: str, motion: Motion, start: str) -> Moti
 
 
 def _on_link(motion: str, robot: str, connect: str) -> Answer:
-    """Order a motion, and wait until the robot stands, rests or lies."""
+    """Order a motion, and wait for its end."""
     with WalkClient(robot, connect) as walker:
         first = walker.motion(motion)
         open_console().print(first.text)

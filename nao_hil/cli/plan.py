@@ -138,9 +138,9 @@ def _result(p: HuangParameters, body: Body, found: CyclePlan, seconds: float) ->
 def _as_planned(
     settings: RunConfig, p: HuangParameters, found: CyclePlan, named: dict[str, Any]
 ) -> dict[str, Any]:
-    """The configuration that walks this plan: what differs from the defaults, and all parameters of the gait.
+    """Configuration that walks this plan: changes of the defaults, and all parameters of the gait.
 
-    The ground is among them only if it was named; a run takes that of its scenario.
+    The ground is among them only if it is named; a run takes that of its scenario.
     """
     defaults = msgspec.to_builtins(RunConfig())
     config = {key: value for key, value in msgspec.to_builtins(settings).items() if value != defaults[key]}

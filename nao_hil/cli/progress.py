@@ -32,7 +32,7 @@ CAMPAIGN_LINE_INTERVAL: Final = 10.0
 
 
 def _compiled_count() -> int:
-    """Loops of the emulator whose machine code is kept beside its sources: how far a first start is."""
+    """Number of loops of the emulator whose machine code is cached, as the progress of a first start."""
     return sum(1 for _ in Path(emulator.__file__).parent.rglob("*.nbi"))
 
 
@@ -52,7 +52,7 @@ class WalkProgress:
         self._next_line = time.monotonic() + LINE_INTERVAL
 
     def show(self, monitor: Monitor) -> None:
-        """Show the newest of what the monitor has heard."""
+        """Show the newest messages of the monitor."""
         monitor.connect()
         values = self._values(monitor)
         for notice in monitor.take_notices():
@@ -110,7 +110,7 @@ def _table(values: dict[str, str]) -> Table:
 
 
 class CampaignProgress:
-    """Told by a campaign of its runs.
+    """Progress of a campaign's runs.
 
     Args:
         console: Where to show it.
@@ -202,8 +202,8 @@ def conclude(
         summary: Of the run, with `fell` and `resets`.
         directory: Folder of the run.
         console: Terminal.
-        interrupted: The run was ended by a signal.
-        target: Place to which it was to walk, m, m, rad, in the frame of its first pose; empty: none.
+        interrupted: A signal ended the run.
+        target: Place to walk to, m, m, rad, in the frame of its first pose; empty: none.
 
     Returns:
         The summary with the diagnosis, and a sentence in `starved` if the run did not keep real time.

@@ -36,9 +36,9 @@ def record(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer | int:
-    """Record any robot, emulated or real, until Ctrl-C; waits for it if it is not there yet.
+    """Record any robot, emulated or real, from its appearance until Ctrl-C.
 
-    What is on disk stays readable if this is killed. A robot that begins anew gets a file of its own.
+    The file stays readable if this is killed. A robot that restarts gets a file of its own.
 
     Example: nao-hil record --out walk.mcap --duration 60
 
@@ -117,9 +117,9 @@ def replay(
 
 
 def info(file: options.Recording) -> Answer:
-    """Tell what is in a recording: robot, run, times, messages, how it went and what went wrong first.
+    """Show the content of a recording: robot, run, times, messages, outcome and first symptom.
 
-    Also of a recording that was cut off.
+    A truncated recording is shown too.
 
     Example: nao-hil info runs/20260101T120000Z/frames.mcap
     """
@@ -138,7 +138,7 @@ def info(file: options.Recording) -> Answer:
 def _rows(c: Any) -> list[tuple[str, str]]:
     config = dict(c.config) if isinstance(c.config, dict) else {}
     if not c.messages["walk/telemetry"]:
-        config.pop("gait", None)  # the run's setting, but somebody else's controller moved the robot
+        config.pop("gait", None)  # the run's setting, but another controller moved the robot
     rows = [(key, str(config[key])) for key in _NAMED if config.get(key) not in (None, "", {})]
     ending = "whole" if c.complete else "cut off: reads up to its last whole chunk"
     if c.after:
@@ -151,7 +151,7 @@ def _rows(c: Any) -> list[tuple[str, str]]:
         ("notices", ", ".join(f"{code} {n}" for code, n in c.notices.items()) or "none"),
         (
             "steps",
-            str(c.steps) if c.messages["walk/telemetry"] else "not told: the controller sends no telemetry",
+            str(c.steps) if c.messages["walk/telemetry"] else "unknown: the controller sends no telemetry",
         ),
         ("largest torso tilt", f"{math.degrees(c.torso_max):.2f} deg"),
     ]

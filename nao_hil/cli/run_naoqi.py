@@ -68,8 +68,8 @@ def run_naoqi(
     arguments = arguments or []
     given = {argument.partition("=")[0] for argument in arguments}
     for option in filter(given.__contains__, OWN_OPTIONS):
-        said = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
-        print(f"warning: {said}", file=sys.stderr, flush=True)
+        text = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
+        print(f"warning: {text}", file=sys.stderr, flush=True)
     code, started = run_program(program, arguments, robot, url, connect)
     return Answer({"exit_code": code, "started": started}, code=code)
 
@@ -77,7 +77,7 @@ def run_naoqi(
 def run_program(
     program: Path, arguments: list[str], robot: str | None, url: str, connect: str
 ) -> tuple[int, list[str]]:
-    """Run a program at a served robot, and start what is missing of both.
+    """Run a program at a served robot; robot and server are started where they are missing.
 
     Args:
         program: in Python 2 or 3.
@@ -87,7 +87,7 @@ def run_program(
         connect: Zenoh endpoint of the robot.
 
     Returns:
-        The program's exit code, and the names of the processes that were started.
+        The program's exit code, and the names of the started processes.
 
     Raises:
         LinkError: qi is not there, or a process did not start.
@@ -203,12 +203,12 @@ def run_choregraphe(
     url: Url = DEFAULT_URL,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer:
-    """Play a behaviour of Choregraphe: script boxes, timelines and flow diagrams; then list what was not done.
+    """Play a behaviour of Choregraphe: script boxes, timelines and flow diagrams; then list the parts left out.
 
     Example: nao-hil run-choregraphe my_project/my_project.pml
 
     It ends when the behaviour's onStopped is reached, or when nothing has run for a
-    while. Exit code 1: something was not done.
+    while. Exit code 1: a part is left out.
     """
     file = _chosen(behaviours(project), behaviour)
     read_behaviour(file)

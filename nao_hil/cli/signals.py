@@ -58,7 +58,7 @@ def loading() -> Iterator[None]:
     """While this lasts, a Ctrl-C ends the process at once, with the exit code of an interruption.
 
     A `KeyboardInterrupt` can get lost in an import: Python ignores it in a destructor or in a weak reference's
-    callback, and the process goes on.
+    callback, and the process continues.
     """
     before = signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
     try:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING
 
 import msgspec
-import typer
 
 from bridge.body import load_body
 from bridge.config import from_dict
@@ -28,6 +27,9 @@ from nao_hil.runs.sides import END_TIMEOUT, Sides
 from nao_hil.runs.supervisor import ChildResult
 from nao_hil.view.child import DEFAULT_PORT, LivePage
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 
 @takes_run()
 def up(
@@ -45,11 +47,11 @@ def up(
 
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
 
-    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page).
+    With --serve both run until Ctrl-C, and the robot walks by command (`nao-hil drive`, or the page).
     Then, or where it begins lying, the robot gets up by itself, unless --no-recover is given; and a walker
     that ends before is started again, at most three times in a minute.
     """
-    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    # imported late: the walk needs SciPy, which help and completion need not wait for
     from nao_hil.runs.build import clipped_velocity
 
     settings = chosen_engine(settings, open_console())
@@ -76,8 +78,8 @@ def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool) -> Run
     """The folder of a run, with its configuration.
 
     Raises:
-        ConfigurationError: it cannot be made or holds a run, or the run could not begin; what was in the folder
-            stays then.
+        ConfigurationError: it cannot be made or holds a run, or the run could not begin; the folder
+            keeps its content then.
     """
     from nao_hil.runs.build import check_run  # imported late: as in `up`
 
@@ -149,12 +151,17 @@ def both_sides(
         folder = directory.path.parent / f"{directory.path.name}-{run}"
         settings, directory = again, new_folder(again, folder, overwrite=True)
     if page is not None and answer.code != 130 and robot_result.result is not None:
-        recording = directory.last_recording(robot_result.result["resets"])
-        again_by = f"{own_command()} view --replay {recording}"
-        console.print(f"look at it again: {again_by}", highlight=False, soft_wrap=True)
-        if not serve:
-            console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
+        _print_next(console, directory.last_recording(robot_result.result["resets"]), serve)
     return answer._replace(code=0) if serve and answer.code == 130 else answer  # serving has no other end
+
+
+def _print_next(console: Console, recording: Path, serve: bool) -> None:
+    """Print commands that follow a run on the page."""
+    console.print(
+        f"look at it again: {own_command()} view --replay {recording}", highlight=False, soft_wrap=True
+    )
+    if not serve:
+        console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
 
 
 def _asked(page: LivePage, settings: RunConfig) -> RunConfig | None:
@@ -196,7 +203,7 @@ def _conclude(
     walker: ChildResult | None,
     interrupted: bool,
 ) -> Answer:
-    """Summary, JSON and exit code of a run; without a walker it was given up, which the user was told."""
+    """Summary, JSON and exit code of a run; without a walker: given up, which is reported already."""
     console = open_console()
     if interrupted and (robot.result is None or (walker is not None and walker.result is None)):
         return Answer(None, code=130)  # before both sides had begun
@@ -225,9 +232,7 @@ def _failure(name: str, outcome: ChildResult) -> NaoHilError:
 
 
 def demo(
-    view: Annotated[
-        bool, typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does.")
-    ] = True,
+    view: options.View = True,
     port: options.Port = DEFAULT_PORT,
     engine: options.Engine = None,
     mode: options.Mode = None,
@@ -236,7 +241,7 @@ def demo(
     out: options.Out = None,
     overwrite: options.Overwrite = False,
 ) -> Answer:
-    """Show a walk in all directions, a push and a stop in under a minute, with what to look at.
+    """Show a walk in all directions, a push and a stop in under a minute, with captions.
 
     Example: nao-hil demo --seed 3
     """

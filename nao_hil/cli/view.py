@@ -50,7 +50,7 @@ def view(
     os.nice(NICENESS)  # of this thread, and of those that it starts from here on
     replay = [recording_of(file) for file in replay or ()]
     for file in replay:
-        read_recording(file)  # says so where it is none, before there is a page
+        read_recording(file)  # raises where it is none, before there is a page
     stop = stop_event()
     console = open_console()
     door = open_door(host)

@@ -113,7 +113,7 @@ def press(
         world.send(Press(button=button))
         time.sleep(seconds)
         world.send(Press(button=button, pressed=False))
-    return _said(f"Button {button} was pressed for {seconds:g} s.")
+    return _text_answer(f"Button {button} was pressed for {seconds:g} s.")
 
 
 def show(
@@ -158,8 +158,8 @@ def _put(
 
 def _send(command: WorldCommand, name: str, connect: str) -> Answer:
     with WorldClient(name, connect) as world:
-        return _said(world.send(command).text)
+        return _text_answer(world.send(command).text)
 
 
-def _said(text: str) -> Answer:
+def _text_answer(text: str) -> Answer:
     return Answer({"text": text}, text)

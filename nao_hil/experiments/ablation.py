@@ -157,7 +157,7 @@ def experiment(context: Context) -> Outcome:
     return context.outcome(
         "ablation",
         f"Each mechanism of the stabiliser alone, and each taken out ({_runs(cells)} runs a condition)",
-        "Beside R1, R2 and R5: which mechanism holds the walk. The thesis has no such table.",
+        "As R1, R2 and R5: which mechanism holds the walk. The thesis has no such table.",
         setup=[(task.name, _words(task)) for task in TASKS],
         tables=[_table(cells, task) for task in TASKS],
         findings=[

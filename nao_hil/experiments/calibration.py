@@ -62,7 +62,7 @@ class Trial(msgspec.Struct, frozen=True):
     """Figures of a robot."""
 
     figures: dict[str, float]
-    """Those that were measured."""
+    """The measured ones."""
     distance: float
     """Largest deviation of a figure from the middle of its bounds, over half their width; 1 or less: it
     agrees."""
@@ -175,7 +175,7 @@ def design_ensemble(
         seed: Of the draws.
         engine: Name of the physics engine.
         command: Written into the file of the robots.
-        spread: Calls a function with each of some arguments; fewer results: it was stopped.
+        spread: Calls a function with each of some arguments; fewer results: stopped.
         keep: Takes the ensemble after each generation.
 
     Returns:

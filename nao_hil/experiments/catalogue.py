@@ -23,7 +23,7 @@ class Entry(NamedTuple):
     what: str
     """Measured quantity, for people."""
     seeds: int
-    """Unless told otherwise."""
+    """Default."""
     thesis: bool = True
     """Part of `all`."""
     any_gait: bool = False
@@ -88,7 +88,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "falls": Entry(
         "falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False, True
     ),
-    "real-robots": Entry("real_robots", "every figure of real robots beside the emulated one", 5, False),
+    "real-robots": Entry("real_robots", "every figure of real robots, and of the emulated one", 5, False),
     "tracking": Entry("real_robots:experiment tracking", "tracking errors of the legs in a walk", 5, False),
     "knee-hold": Entry("real_robots:experiment knee_hold", "error of a knee that holds its leg out", 5, False),
     "imu-noise": Entry(
@@ -99,7 +99,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
     "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),
     "engines": Entry(
-        "engines", "torso step, drives, walks, R1, R2, R5, get-up: PyBullet beside MuJoCo", 20, False
+        "engines", "torso step, drives, walks, R1, R2, R5, get-up: PyBullet and MuJoCo", 20, False
     ),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
     "watchdog": Entry(

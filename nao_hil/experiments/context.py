@@ -200,7 +200,7 @@ class Context:
     def map(
         self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any], *, whole: bool = False
     ) -> list[Any]:
-        """A function's results for tasks, in their order; fewer where it was stopped.
+        """A function's results for tasks, in their order; fewer after a stop.
 
         Args:
             name: Of the measurement.
@@ -209,7 +209,7 @@ class Context:
             whole: The results count only together.
 
         Raises:
-            Interrupted: no task is done; with `whole`: it was stopped before the last.
+            Interrupted: no task is done; with `whole`: stopped before the last.
         """
         return _complete(self.campaign.map(name, function, tasks), len(tasks) if whole else 1)
 
@@ -217,12 +217,12 @@ class Context:
         """Walks that count only together.
 
         Raises:
-            Interrupted: it was stopped before the last walk.
+            Interrupted: stopped before the last walk.
         """
         return _complete(self.campaign.walk(walks), len(walks))
 
     def walk_by_name(self, walks: Sequence[Walk]) -> dict[str, list[WalkOutcome]]:
-        """Outcomes by the name of their walks; of those that are done when it was stopped.
+        """Outcomes by the name of their walks; after a stop of the finished ones.
 
         Raises:
             Interrupted: none is done.
@@ -262,7 +262,7 @@ class Context:
         gait's own: so one difference explains the results.
 
         Raises:
-            Interrupted: it was stopped before each condition had a run.
+            Interrupted: stopped before each condition had a run.
             ValueError: two neighbouring conditions differ in more than that.
             NaoHilError: a configuration that cannot be walked, or a run that failed.
         """

@@ -66,7 +66,7 @@ class Fall(msgspec.Struct, frozen=True, kw_only=True):
     speed: dict[str, float]
     """Downward, of torso and head as they reached the ground, m/s; those that did."""
     walks_on: bool
-    """It was on its feet and walked for `WALKS` after the push, or after it got up."""
+    """It walked on its feet for `WALKS` after the push, or after it got up."""
 
 
 @dataclass
@@ -88,7 +88,7 @@ class _PushTrial:
     heights: dict[str, float] = field(default_factory=dict)
     speed: dict[str, float] = field(default_factory=dict)
 
-    def look(self, robot: EmulatedRobot, controller: Controller, before: str) -> None:
+    def observe(self, robot: EmulatedRobot, controller: Controller, before: str) -> None:
         """One cycle; `before` is the walker's state before it."""
         now, tilt = robot.time, robot.tilt
         notice = controller.state == "fallen" and before not in ("fallen", "motion")
@@ -150,7 +150,7 @@ def pushes(duration: float) -> int:
 
 
 def pushed_walk(task: PushedWalk) -> list[Fall]:
-    """Walk, push, and look."""
+    """Walk, push, and record the course of each push."""
     config, duration = task.config, task.duration
     random = np.random.default_rng([config.seed, 2])
     if duration is None:
@@ -173,7 +173,7 @@ def pushed_walk(task: PushedWalk) -> list[Fall]:
                 if robot.time - body.cycle < trial.at <= robot.time:
                     x, y = trial.impulse * math.cos(trial.direction), trial.impulse * math.sin(trial.direction)
                     carry_out(robot, Push(target="Torso", impulse=(x, y, 0.0), duration=0.05))
-                trial.look(robot, controller, before)
+                trial.observe(robot, controller, before)
             falls.append(trial.fall(config.seed, robot.time))
     return falls
 

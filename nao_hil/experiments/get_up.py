@@ -203,7 +203,7 @@ def claims(wear: str, found: dict[str, Any]) -> list[Claim]:
 
 
 def dropped_courses(context: Context) -> list[Course]:
-    """One drop per seed; those that are done when it was stopped.
+    """One drop per seed; after a stop the finished ones.
 
     Raises:
         Interrupted: none is done.

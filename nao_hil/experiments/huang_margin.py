@@ -188,7 +188,7 @@ def experiment(context: Context, setup: HuangMarginSetup | None = None) -> Outco
     }
     return context.outcome(
         "huang-margin",
-        "The searched hip motion of Huang's gait beside a badly chosen one",
+        "The searched hip motion of Huang's gait against a badly chosen one",
         "Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
         setup=[
             ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {setup.duration:g} s"),

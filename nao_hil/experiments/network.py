@@ -49,7 +49,7 @@ class NetworkCell(msgspec.Struct, frozen=True, kw_only=True):
     completed: Share
     """Walks that made all their steps."""
     stopped: int
-    """Walks that the walker ended because the link was worse than it bears."""
+    """Walks that the walker ended because of the link."""
     fell: int
     missed: float
     """Fraction of cycles without a timely answer, mean."""
@@ -122,39 +122,7 @@ def experiment(context: Context) -> Outcome:
         for gait, loss, jitter, delay in itertools.product(gaits, LOSSES, JITTERS, DELAYS)
         if jitter <= delay
     ]
-    tasks = [NetworkTask(gait, conditions, seed) for seed in context.seeds for gait, conditions in kinds]
-    key = walk_key(context.changes)
-
-    def walk(task: NetworkTask) -> NetworkWalk:
-        folder = context.out / "walks" / task.name
-        return stored(folder / "result.json", key, NetworkWalk, lambda: _walk(context, task, folder))
-
-    walked = context.campaign.watch(walk, tasks, lambda task, result: (task.name, result.note))
-    of_kind: dict[tuple[str, NetworkConditions], list[NetworkWalk]] = {kind: [] for kind in kinds}
-    for task, one in zip(tasks, walked, strict=True):
-        if one is not None:
-            of_kind[task.gait, task.conditions].append(one)
-    if not all(of_kind.values()):
-        raise Interrupted
-    cells = [cell_of(gait, conditions, walks) for (gait, conditions), walks in of_kind.items()]
-    head = (
-        *("gait", "delay, ms", "jitter, ms", "loss, %", "walked", "95 %"),
-        *("stopped", "fell", "missed cycles, %"),
-    )
-    rows = tuple(
-        (
-            c.gait,
-            f"{1e3 * c.delay:g}",
-            f"{1e3 * c.jitter:g}",
-            f"{1e2 * c.loss:g}",
-            f"{c.completed.survived} of {c.completed.n}",
-            "{:.2f} to {:.2f}".format(*c.completed.interval),
-            str(c.stopped),
-            str(c.fell),
-            f"{1e2 * c.missed:.1f}",
-        )
-        for c in cells
-    )
+    cells = _cells(context, kinds)
     steps = ", ".join(f"{STEPS.get(gait, FEW_STEPS)} steps of {gait}" for gait in gaits)
     picture = draw(cells, context.out / "network.png")
     return context.outcome(
@@ -174,9 +142,50 @@ def experiment(context: Context) -> Outcome:
         pictures=[
             Picture(picture, "Fraction of walks that made all their steps", "Delay and jitter are one way.")
         ],
-        tables=[ReportTable("Network conditions and success", head, rows)],
+        tables=[_table(cells)],
         figures={"n": min(c.completed.n for c in cells), "cells": cells},
     )
+
+
+def _cells(context: Context, kinds: Sequence[tuple[str, NetworkConditions]]) -> list[NetworkCell]:
+    """One walk per seed of each gait and conditions, seed by seed, summed up. Raises as `experiment`."""
+    tasks = [NetworkTask(gait, conditions, seed) for seed in context.seeds for gait, conditions in kinds]
+    key = walk_key(context.changes)
+
+    def walk(task: NetworkTask) -> NetworkWalk:
+        folder = context.out / "walks" / task.name
+        return stored(folder / "result.json", key, NetworkWalk, lambda: _walk(context, task, folder))
+
+    walked = context.campaign.watch(walk, tasks, lambda task, result: (task.name, result.note))
+    of_kind: dict[tuple[str, NetworkConditions], list[NetworkWalk]] = {kind: [] for kind in kinds}
+    for task, one in zip(tasks, walked, strict=True):
+        if one is not None:
+            of_kind[task.gait, task.conditions].append(one)
+    if not all(of_kind.values()):
+        raise Interrupted
+    return [cell_of(gait, conditions, walks) for (gait, conditions), walks in of_kind.items()]
+
+
+def _table(cells: Sequence[NetworkCell]) -> ReportTable:
+    head = (
+        *("gait", "delay, ms", "jitter, ms", "loss, %", "walked", "95 %"),
+        *("stopped", "fell", "missed cycles, %"),
+    )
+    rows = tuple(
+        (
+            c.gait,
+            f"{1e3 * c.delay:g}",
+            f"{1e3 * c.jitter:g}",
+            f"{1e2 * c.loss:g}",
+            f"{c.completed.survived} of {c.completed.n}",
+            "{:.2f} to {:.2f}".format(*c.completed.interval),
+            str(c.stopped),
+            str(c.fell),
+            f"{1e2 * c.missed:.1f}",
+        )
+        for c in cells
+    )
+    return ReportTable("Network conditions and success", head, rows)
 
 
 def _walk(context: Context, task: NetworkTask, folder: Path) -> NetworkWalk:

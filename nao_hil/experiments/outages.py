@@ -52,7 +52,7 @@ class OutageWalk(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """At any time."""
     walker: str
-    """The walker's last words; empty: it ended as it was told."""
+    """The walker's last message; empty: it ended by order."""
     notices: list[str]
     """Codes of the notices in order, without the routine ones."""
     recordings: list[int]
@@ -187,7 +187,7 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
         pair.wait(TIMEOUT, lambda: context.campaign.interrupted)
         seconds = time.monotonic() - began
         end = pair.end()
-        heard = [_read(path) for path in pair.recordings]
+        read = [_read(path) for path in pair.recordings]
     if context.campaign.interrupted:
         raise Interrupted
     return OutageWalk(
@@ -198,8 +198,8 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
         walked=end.done,
         fell=end.fell,
         walker=end.walker,
-        notices=[code for _, codes in heard for code in codes],
-        recordings=[count for count, _ in heard],
+        notices=[code for _, codes in read for code in codes],
+        recordings=[count for count, _ in read],
         seconds=seconds,
     )
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -113,14 +113,7 @@ def static_walk(context: Context) -> Outcome:
         "Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
         setup=[("gait", "static, no controllers"), ("length", f"{STATIC:g} s")],
         claims=[
-            *(
-                Claim(
-                    f"{name} = {ASKED[name]:g} {'s' if name.startswith('T') else 'm'} (within 1 %)",
-                    f"{value:.4g}",
-                    _near(value, ASKED[name]),
-                )
-                for name, value in values.items()
-            ),
+            *_design_claims(ASKED, values),
             Claim("The robot walks it on flat ground", walked.words(), walked.survived == walked.n),
         ],
         pictures=[
@@ -250,14 +243,7 @@ def dynamic_walk(context: Context) -> Outcome:
         "of 0.15 m/s, start-up included.",
         setup=[("gait", "dynamic, with its own controllers"), ("length", f"{DYNAMIC:g} s")],
         claims=[
-            *(
-                Claim(
-                    f"{name} = {expected:g} (within 1 %)",
-                    f"{values[name]:.5f}",
-                    _near(values[name], expected),
-                )
-                for name, expected in EXPECTED.items()
-            ),
+            *_design_claims(EXPECTED, values),
             Claim("The robot walks it, with its controllers", walked.words(), walked.survived == walked.n),
         ],
         pictures=[
@@ -290,8 +276,15 @@ def dynamic_walk(context: Context) -> Outcome:
     )
 
 
-def _near(value: float, expected: float) -> bool:
-    return abs(value / expected - 1.0) <= TOLERANCE
+def _design_claims(expected: Mapping[str, float], values: Mapping[str, float]) -> list[Claim]:
+    return [
+        Claim(
+            f"{name} = {value:g} (within {100.0 * TOLERANCE:g} %)",
+            f"{values[name]:.5g}",
+            abs(values[name] / value - 1.0) <= TOLERANCE,
+        )
+        for name, value in expected.items()
+    ]
 
 
 def _com_walked(track: Track, body: Body) -> Array:

@@ -87,7 +87,7 @@ class PushCell(msgspec.Struct, frozen=True, kw_only=True):
     direction: float
     """In which it pushes, rad: 0 forward, pi/2 to the left."""
     phase: float | None
-    """Part of the stride since the left foot stands alone; None: of a robot that stands."""
+    """Part of the stride since the left single support; None: of a standing robot."""
     impulse: Estimate
     """At which half fall, N s."""
     n: int

@@ -1,4 +1,4 @@
-"""Figures of real robots, measured on the emulated one as they were measured there."""
+"""Figures of real robots, measured on the emulated one in the same way."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def rows(context: Context, group: str) -> tuple[dict[str, Any], list[dict[str, A
     """Each figure of a group with its real value, ours and the interval over the seeds.
 
     Raises:
-        Interrupted: it was stopped.
+        Interrupted: stopped.
     """
     tasks = [Task(group, context.wear, seed, context.engine) for seed in context.seeds]
     stood = [each for each in context.map(group, measure, tasks, whole=True) if each is not None]

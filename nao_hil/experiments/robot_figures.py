@@ -207,11 +207,11 @@ def play(robot: EmulatedRobot, requests: Sequence[Sequence[float]]) -> list[Sens
 
 
 STANDING: Final = {"HipPitch": -0.308, "KneePitch": 0.864, "AnklePitch": -0.549}
-"""Posture of the V3 of 2009 that stands, rad."""
+"""Standing posture of the V3 of 2009, rad."""
 
 
 def standing(body: Body, wear: WearProfile, seed: int, engine: str, duration: float = 5.0) -> dict[str, float]:
-    """Forces and currents of a robot that stands still, by the names of `FIGURES`."""
+    """Forces and currents of a robot at rest, by the names of `FIGURES`."""
     posture = list(POSTURES["StandInit"])
     for side in "LR":
         for joint, angle in STANDING.items():

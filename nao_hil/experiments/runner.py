@@ -64,16 +64,16 @@ class Runner:
         self.results: dict[str, dict[str, Any]] = {}
         """JSON by name."""
         self.missing: list[tuple[str, str]] = []
-        """Experiments that were not done, and why."""
+        """Experiments that did not run, and why."""
 
     @property
     def interrupted(self) -> bool:
-        """It was stopped."""
+        """Stopped before the end."""
         return self._campaign.interrupted
 
     @property
     def passed(self) -> bool:
-        """All that was asked for is done, and every claim holds."""
+        """Every experiment is done, and every claim holds."""
         return not self.missing and all(result["passed"] for result in self.results.values())
 
     def seeds(self, name: str) -> tuple[int, ...]:
@@ -147,7 +147,7 @@ class Runner:
 
 
 def _configuration(changes: RunConfig) -> str:
-    """Parameters of gaits and controllers as they were, in the form of a configuration file."""
+    """Parameters of gaits and controllers of the runs, in the form of a configuration file."""
     parts = []
     for gait in dict.fromkeys((*GAITS, changes.gait)):
         same = gait == changes.gait

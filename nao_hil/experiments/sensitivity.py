@@ -189,7 +189,7 @@ def _figures(context: Context, robots: Sequence[dict[str, float]], seeds: Sequen
     """Figures of robots given by shares of ranges, shape (robots, figures); walks are kept, the bench is not.
 
     Raises:
-        Interrupted: it was stopped.
+        Interrupted: stopped.
     """
     body = load_body(context.robot)
     wears = [

@@ -1,7 +1,7 @@
 """R6: the steepest slope in each of four directions that the robot walks on, not knowing of it (4.2.3, ch. 5).
 
-Swept in half degrees by bisection. Each slope is tried with a few seeds, in order, until it is sure which way
-it goes; the steepest that passes is then confirmed with all seeds, and half a degree less taken if it fails.
+Swept in half degrees by bisection. Each slope is tried with a few seeds, in order, until its verdict is
+sure; the steepest that passes is then confirmed with all seeds, and half a degree less taken if it fails.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ def _words(name: str) -> str:
 
 
 def _finding(name: str, slope: float, tally: Tally) -> str:
-    """How the robot falls on the next steeper slope that was tried."""
+    """Falls on the next steeper slope of the search."""
     steeper = sorted(s for s in tally.runs if s > slope)
     if not steeper:
         return ""

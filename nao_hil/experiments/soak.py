@@ -40,7 +40,7 @@ LARGEST_DRIFT: Final = 0.002
 """s that the robot's cycle may leave the wall clock's grid, skipped cycles apart."""
 LATER: Final = 0.002
 """s by which lateness at the end may exceed the one at the beginning more than the bare loop's does: a fifth
-of a cycle, more than other work on the machine makes of it and less than what a walk feels."""
+of a cycle, more than other work on the machine makes of it and less than a walk notices."""
 WINDOW: Final = 5.0
 """s; lateness is the 99th percentile in a window, the median of those of the walk's first and last third: a
 burst of other work on the machine is not the robot's lateness."""
@@ -51,7 +51,7 @@ ENDPOINT: Final = "tcp/127.0.0.1:7449"
 SCENARIO: Final = "plugged-in"
 """An hour is more than a battery."""
 DURATION: Final = 300.0
-"""s, unless told otherwise."""
+"""s, default."""
 SAMPLING: Final = 5.0
 """s between two looks at the processes."""
 GRACE: Final = 10.0
@@ -71,7 +71,7 @@ class Use(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[Array, float]:
-    """How late each frame was sent, and how far robot time left the wall clock.
+    """Lateness of each frame, and drift of robot time from the wall clock.
 
     Args:
         frames: cycle number and wall clock in ns, in order.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import msgspec
 import numpy as np
@@ -29,7 +29,7 @@ GAIT: Final = "omni"
 COMPARED_GAIT: Final = {"nao-v6": "huang"}
 """The gait to compare with, by body; of the others `dynamic`."""
 STANDS: Final = wilson(45, 50)[0]
-"""A share stands for "45 of 50 stand" when the lower bound of its interval is at least that one's."""
+"""A share counts as "45 of 50 stand" when the lower bound of its interval is at least that one's."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +57,8 @@ class TerrainSetup:
     """In the Torso frame: behind the back, at the height of the torso's centre of mass."""
 
 
-class Ground(msgspec.Struct, frozen=True, kw_only=True):
-    """One of the grounds, or of the robots."""
-
-    name: str
-    conditions: dict[str, Condition]
-    """By gait."""
-
-
+Grounds: TypeAlias = dict[str, dict[str, Condition]]
+"""By ground, or `worn` for the robot, and gait."""
 Change = Callable[[Walk, np.random.Generator], dict[str, Any]]
 """Changes of a walk by a ground, from the walk's seed."""
 
@@ -80,17 +74,16 @@ def experiment(context: Context, setup: TerrainSetup | None = None) -> Outcome:
     results = context.run(*conditions) if len(gaits) == 2 else context.run_until_certain(STANDS, *conditions)
     found = dict(zip(names, results, strict=True))
     left_out = 0 if context.campaign.interrupted else sum(map(len, conditions)) - sum(map(len, results))
-    grounds = [
-        Ground(name=ground, conditions={gait: condition(found[ground, gait]) for gait in gaits})
-        for ground in dict.fromkeys(ground for ground, _ in names)
-    ]
+    grounds: Grounds = {}
+    for (ground, gait), outcomes in found.items():
+        grounds.setdefault(ground, {})[gait] = condition(outcomes)
     claims = [
         Claim(
-            f"{_title(each.name, setup)}: 45 of 50 stand, {gaits[0]}",
-            each.conditions[gaits[0]].words(),
-            each.conditions[gaits[0]].interval[0] >= STANDS,
+            f"{_title(ground, setup)}: 45 of 50 stand, {gaits[0]}",
+            by_gait[gaits[0]].words(),
+            by_gait[gaits[0]].interval[0] >= STANDS,
         )
-        for each in grounds
+        for ground, by_gait in grounds.items()
     ]
     if len(gaits) == 2:
         claims.append(_comparison(found, grounds, gaits))
@@ -200,11 +193,11 @@ def _speed_words(gait: str, setup: TerrainSetup) -> str:
 
 
 def _comparison(
-    found: dict[tuple[str, str], list[WalkOutcome]], grounds: Sequence[Ground], gaits: tuple[str, ...]
+    found: dict[tuple[str, str], list[WalkOutcome]], grounds: Grounds, gaits: tuple[str, ...]
 ) -> Claim:
     """All grounds together, pair by pair of the same seed and world."""
     first, second = gaits
-    each = [pairs(found[ground.name, first], found[ground.name, second]) for ground in grounds]
+    each = [pairs(found[ground, first], found[ground, second]) for ground in grounds]
     only_first, only_second = sum(p.only_with for p in each), sum(p.only_without for p in each)
     p_value = mcnemar(only_first, only_second)
     return Claim(
@@ -228,21 +221,20 @@ def _title(ground: str, setup: TerrainSetup) -> str:
 
 
 def _table(
-    grounds: Sequence[Ground],
+    grounds: Grounds,
     setup: TerrainSetup,
     found: dict[tuple[str, str], list[WalkOutcome]],
     gaits: tuple[str, ...],
 ) -> ReportTable:
     rows = []
-    for ground in grounds:
+    for ground, by_gait in grounds.items():
         cells = []
-        for gait in gaits:
-            a = ground.conditions[gait]
+        for a in by_gait.values():
             cells += [f"{a.survived} of {a.n} ({percent(a.interval)})", f"{a.speed:.3f}"]
         if len(gaits) == 2:
-            pair = pairs(found[ground.name, gaits[0]], found[ground.name, gaits[1]])
+            pair = pairs(found[ground, gaits[0]], found[ground, gaits[1]])
             cells.append(f"{pair.only_with} / {pair.only_without}, p = {pair.p_value:.2g}")
-        rows.append((_title(ground.name, setup), *cells))
+        rows.append((_title(ground, setup), *cells))
     head = ["ground"]
     for gait in gaits:
         head += [f"{gait}: stand", "m/s over ground"]

@@ -87,7 +87,7 @@ def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> VelocityC
 
 
 class Straight(msgspec.Struct, frozen=True, kw_only=True):
-    """Walks straight ahead without a heading command; of those that stand."""
+    """Walks straight ahead without a heading command; quantities of the survivors."""
 
     n: int
     survived: int
@@ -139,7 +139,7 @@ FASTEST: Final = {"nao-v6": 0.40}
 """Forward speed to reach, m/s, by body; of the others `FORWARD`."""
 FORWARD: Final = 0.32
 STANDS: Final = wilson(95, 100)[0]
-"""A share stands for "95 of 100 stand" when the lower bound of its interval is at least that one's."""
+"""A share counts as "95 of 100 stand" when the lower bound of its interval is at least that one's."""
 STANDS_CHANGES: Final = wilson(47, 50)[0]
 """Of "47 of 50", likewise."""
 

@@ -55,7 +55,7 @@ class Outage(msgspec.Struct, frozen=True, kw_only=True):
     rest: float
     """Time from the cut until the joints had let go, s; `LONGEST`: they never did."""
     taken_over: bool
-    """A second controller walked on from there; after a fall the robot was put on its feet first."""
+    """A second controller walked on from there; after a fall the robot is put on its feet first."""
 
 
 def _controller(body: Body, gait: str, steps: int) -> Controller:

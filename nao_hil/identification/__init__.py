@@ -1,1 +1,1 @@
-"""The emulated robot against a recorded one: replay of commands, comparison, identification of the drives."""
+"""Emulated against recorded robot: replay of commands, comparison, identification of the drives."""

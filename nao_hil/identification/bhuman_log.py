@@ -26,10 +26,10 @@ from nao_hil.identification.readings import Readings, specific_force
 
 _UNCOMPRESSED, _COMPRESSED, _MESSAGE_IDS, _TYPES, _SETTINGS = range(5)
 """Kinds of chunks."""
-_UNIFIED_BIT: Final = 0x8000_0000
+_UNIFIED: Final = 0x8000_0000
 """Bit in the number of primitive types: the names of types are unified already."""
-_UNCLOSED_COUNT: Final = 0x0FFF_FFFF
-"""Number of messages of an unclosed log: they last to the end of the file."""
+_OPEN: Final = 0x0FFF_FFFF
+"""Number of messages of a log that is not closed: all up to the end of the file."""
 _HEADER: Final = struct.Struct("<II")
 _CODES: Final = {
     **{"bool": "?", "char": "b", "signed char": "b", "unsigned char": "B", "short": "h", "unsigned short": "H"},
@@ -48,7 +48,7 @@ _ARRAY: Final = (
     re.compile(r"(?P<of>.*)\[(?P<size>\d+)\]"),
     re.compile(r"std::array<(?P<of>.*),(?P<size>\d+)>"),
 )
-_OFF_ANGLE: Final = 1000.0
+_OFF: Final = 1000.0
 """Angles from which on a joint is off (10000) or keeps its last angle (20000), rad."""
 _READ: Final = (
     "FrameInfo",
@@ -74,7 +74,7 @@ class _Types(NamedTuple):
         """Path and `struct` code of each number in a value of a type.
 
         Raises:
-            KeyError: a type without a fixed size, or without a specification.
+            KeyError: a type without a fixed size, or one that is not specified.
         """
         kind = _unified(kind)
         if match := next(filter(None, (pattern.fullmatch(kind) for pattern in _ARRAY)), None):
@@ -177,7 +177,7 @@ def _skip_settings(path: Path, stream: _Stream) -> None:
 
 
 def _specification(stream: _Stream) -> _Types:
-    for _ in range(stream.number("I") & ~_UNIFIED_BIT):
+    for _ in range(stream.number("I") & ~_UNIFIED):
         stream.text()
     classes = {}
     for _ in range(stream.number("I")):
@@ -203,7 +203,7 @@ def _blocks(path: Path, stream: _Stream, *, compressed: bool) -> Iterator[memory
         size, rest = _HEADER.unpack(stream.bytes(_HEADER.size))
         left = len(stream.data) - stream.place
         size |= (rest >> 28) << 32
-        yield stream.bytes(left if rest & _UNCLOSED_COUNT == _UNCLOSED_COUNT else min(size, left))
+        yield stream.bytes(left if rest & _OPEN == _OPEN else min(size, left))
         return
     try:
         import pyarrow
@@ -312,8 +312,7 @@ def _measured(types: _Types, rows: dict[str, Rows]) -> tuple[dict[str, Array], t
         measured["accelerometer"], notes = specific_force(measured["accelerometer"], measured.get("angle"))
     if forces:
         measured["fsr"] = GRAVITY * _forces(types, forces)
-    measured = {name: np.where(np.abs(v) < _OFF_ANGLE, v, np.nan) for name, v in measured.items()}
-    return measured, notes
+    return {name: np.where(np.abs(values) < _OFF, values, np.nan) for name, values in measured.items()}, notes
 
 
 def _commands(types: _Types, request: Rows) -> dict[str, Array]:
@@ -321,7 +320,7 @@ def _commands(types: _Types, request: Rows) -> dict[str, Array]:
         return {}
     angle = _joints(types, request, ".angles")
     stiffness = _joints(types, request, ".stiffnessData.stiffnesses")
-    off = np.abs(angle) >= _OFF_ANGLE
+    off = np.abs(angle) >= _OFF
     # below 0: the default, which the log does not hold
     stiffness = np.where(stiffness < 0.0, np.nan, 0.01 * stiffness)
     return {"command": np.where(off, np.nan, angle), "stiffness": np.where(off, 0.0, stiffness)}

@@ -13,20 +13,20 @@ from bridge.errors import ConfigurationError
 from bridge.types import Array
 from nao_hil.identification.readings import Readings
 
-_LAG_OF_CYCLE: Final = {12: 0.036, 10: 0.040}
+_LAG: Final = {12: 0.036, 10: 0.040}
 """Time by which joints follow their commands by the body's cycle in ms, s: teams' configurations of real
 robots. It cannot be separated from the clocks' offset, so it is assumed."""
-_MIN_CORRELATION: Final = 0.5
+_MATCH: Final = 0.5
 """Least correlation of commanded and measured speeds."""
-_AMBIGUOUS_SHARE: Final = 0.9
+_AMBIGUOUS: Final = 0.9
 """Fraction of the highest correlation from which on another one is reported."""
-_PEAK_WIDTH: Final = 0.25
+_NEAR: Final = 0.25
 """Offsets that belong to one peak, s to either side."""
 
 
 def follow_lag(body: Body) -> float:
     """Time by which this body's joints are taken to follow their commands, s."""
-    return _LAG_OF_CYCLE.get(round(1e3 * body.cycle), 4.0 * body.cycle)
+    return _LAG.get(round(1e3 * body.cycle), 4.0 * body.cycle)
 
 
 def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
@@ -48,7 +48,7 @@ def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
     asked = _speeds(readings.command_time - asked_begin, readings.commands["command"], cycle)
     lags, match = _correlation(moved, asked)
     best = int(np.argmax(match))
-    if match[best] < _MIN_CORRELATION:
+    if match[best] < _MATCH:
         raise ConfigurationError(
             f"{path}: the commands have a clock of their own, and the joints follow them at no offset of it "
             f"(largest correlation of the speeds {max(match[best], 0.0):.2f}); give commands and angles of the "
@@ -61,8 +61,8 @@ def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
         f"joints follow by {1e3 * lag:.0f} ms as real robots do (correlation of the speeds {match[best]:.2f}). "
         "This delay is assumed, not measured."
     ]
-    far = np.abs(lags - lags[best]) * cycle > _PEAK_WIDTH
-    if far.any() and match[far].max() > _AMBIGUOUS_SHARE * match[best]:
+    far = np.abs(lags - lags[best]) * cycle > _NEAR
+    if far.any() and match[far].max() > _AMBIGUOUS * match[best]:
         other = (lags[far][np.argmax(match[far])] - lags[best]) * cycle
         notes.append(
             f"The motion repeats: {other:+.2f} s more fit nearly as well; record one that begins at rest."
@@ -107,13 +107,13 @@ def _fraction(match: Array, best: int) -> float:
 def _drift(moved: Array, asked: Array, lag: int, cycle: float) -> float:
     """Lag of the second half less that of the first, s; 0 if a half does not move."""
     begin, end = max(lag, 0), min(lag + len(asked), len(moved))
-    middle, near = (begin + end) // 2, round(_PEAK_WIDTH / cycle)
+    middle, near = (begin + end) // 2, round(_NEAR / cycle)
     found = []
     for first, last in ((begin, middle), (middle, end)):
         lags, match = _correlation(moved[first:last], asked[first - lag : last - lag])
         match = np.where(np.abs(lags) <= near, match, -1.0)
         best = int(np.argmax(match))
-        if match[best] < _MIN_CORRELATION:
+        if match[best] < _MATCH:
             return 0.0
         found.append(lags[best] + _fraction(match, best))
     return float(found[1] - found[0]) * cycle

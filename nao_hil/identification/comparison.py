@@ -1,4 +1,4 @@
-"""A recorded robot against the emulated one under the same commands, in numbers."""
+"""Differences of a recorded and the emulated robot under the same commands, in numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SENSORS: Final = ("gyroscope", "accelerometer", "fsr")
 
 
 class JointFollowing(msgspec.Struct, frozen=True, kw_only=True):
-    """Tracking of a command by a joint."""
+    """How a joint followed its command."""
 
     tracking_error: float
     """RMS, rad."""
@@ -78,10 +78,10 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     first: str
     """The joint that differs most; empty: none is beyond the noise floor."""
     joints: tuple[JointComparison, ...]
-    """In descending order of the difference; none without commands."""
+    """Those that differ most come first; none without commands."""
     sensors: tuple[SensorComparison, ...]
     fused_angle: FusedAngleComparison | None
-    """None: gyroscope, accelerometer and fused angle are not all recorded."""
+    """None: gyroscope, accelerometer and fused angle were not all recorded."""
     encoder_grid: EncoderGrid
 
     @property

@@ -16,9 +16,9 @@ from nao_hil.files import save_figure
 from nao_hil.identification.comparison import Comparison, JointComparison, JointFollowing, SensorComparison
 from nao_hil.identification.readings import Signals
 
-SHOWN_JOINTS: Final = 4
+SHOWN: Final = 4
 """Joints that are drawn over time."""
-_SHOWN_TIME: Final = 8.0
+_STRETCH: Final = 8.0
 """Time that is drawn, s."""
 _ABOUT = (
     "The commands of a recording, replayed open loop through the emulated robot. The noise floor of a joint is "
@@ -37,7 +37,7 @@ _HEAD = (
 
 
 def plot_ranking(path: Path, joints: Sequence[JointComparison]) -> None:
-    """Difference of each joint with its noise floor."""
+    """Difference of each joint, and its noise floor."""
     figure = Figure(figsize=(9.0, 0.28 * len(joints) + 1.2), layout="constrained")
     axes = figure.subplots()
     rows = np.arange(len(joints))[::-1]
@@ -91,7 +91,7 @@ def plot_spectra(path: Path, sensors: Sequence[SensorComparison]) -> None:
 
 def _worst(difference: Any, cycle: float) -> slice:
     """The stretch in which the squared difference is largest."""
-    length = min(round(_SHOWN_TIME / cycle), len(difference))
+    length = min(round(_STRETCH / cycle), len(difference))
     sums = np.cumsum(np.append(0.0, np.square(difference)))
     begin = int(np.argmax(sums[length:] - sums[:-length]))
     return slice(begin, begin + length)
@@ -126,7 +126,7 @@ def write_comparison(path: Path, result: Comparison, recorded: Signals, replayed
         ("seconds", f"{result.seconds:.2f}"),
         *(("note", note) for note in result.notes),
     ]
-    write_report(path, Report("A recording beside the emulated robot", [page], facts, about=_ABOUT))
+    write_report(path, Report("A recording and the emulated robot", [page], facts, about=_ABOUT))
 
 
 def _pictures(folder: Path, result: Comparison, recorded: Signals, replayed: Signals) -> list[Picture]:
@@ -134,7 +134,7 @@ def _pictures(folder: Path, result: Comparison, recorded: Signals, replayed: Sig
     if result.joints:
         ranking, joints = folder / "ranking.png", folder / "joints.png"
         plot_ranking(ranking, result.joints)
-        plot_joints(joints, result.joints[:SHOWN_JOINTS], recorded, replayed)
+        plot_joints(joints, result.joints[:SHOWN], recorded, replayed)
         about = "Left: the stretch in which they differ most. Right: all samples, the loop of hysteresis."
         pictures += [
             Picture(ranking, "Difference by joint", "RMS of the angle recorded less that of the replay."),

@@ -1,4 +1,4 @@
-"""Comparison of a recording with an emulated robot."""
+"""From a recording to its comparison with an emulated robot."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 
 HANG: Final = "hang"
-_HANGING_HEIGHT: Final = 0.1
+_CLEARANCE: Final = 0.1
 """Height of a hanging robot's soles over the floor, m."""
 
 
@@ -31,13 +31,13 @@ def replay(
 ) -> Signals:
     """Run the emulated robot under the recorded commands, open loop.
 
-    It begins in the recording's start pose where that is recorded, else at rest in the first measured
-    posture, hanging if the settings say so or its feet carry nothing; without angles, as the settings say.
+    It begins in the start that the recording names, else at rest in the first measured
+    posture, hanging by the settings or where its feet carry nothing; without angles, by the settings.
 
     Args:
         recorded: Commands; a joint without one holds its first measured angle.
         settings: Of the emulated robot: body, wear, engine, scenario, start and seed.
-        progress: Called in each cycle.
+        progress: Called with each cycle.
 
     Raises:
         ConfigurationError: no such body, wear profile, scenario or start.
@@ -80,14 +80,14 @@ def _robot(recorded: RecordedSignals, settings: RunConfig) -> EmulatedRobot:
         scenario=load_scenario(settings.scenario),
         start=STAND,
         held=held,
-        lift=_HANGING_HEIGHT if held else 0.0,
+        lift=_CLEARANCE if held else 0.0,
     )
 
 
 _READ = ("robot", "wear", "engine", "scenario", "start", "seed")
 """Fields of a configuration that a replay reads."""
-_LYING_ANGLE = 1.0
-"""Roll or pitch from which on a torso counts as lying, rad."""
+_LYING = 1.0
+"""Roll or pitch from which on a torso lies, rad."""
 _NO_COMMANDS = (
     "No commands were recorded: the emulated robot follows the recorded angles, and only sensors are compared."
 )
@@ -116,7 +116,7 @@ def compare_recording(
         recorded: The recording.
         name: Of its file, for the result.
         settings: The emulated robot; the noise floor's replay has the next seed.
-        progress: Called with the share done.
+        progress: Called with the share that is done.
 
     Returns:
         The numbers, and the first replay.
@@ -151,8 +151,8 @@ def compare_recording(
 
 
 def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
-    """A sentence if the emulated robot lies and the recorded one does not, as far as is known."""
-    lies, lay = (np.abs(signals.angle).max(axis=1) > _LYING_ANGLE for signals in (replayed, recorded))
+    """A sentence if the emulated robot lies where the recorded one is not known to."""
+    lies, lay = (np.abs(signals.angle).max(axis=1) > _LYING for signals in (replayed, recorded))
     rows = np.flatnonzero(lies & ~lay)
     if not len(rows):
         return ()
@@ -161,7 +161,7 @@ def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
 
 
 def _comparable(recorded: RecordedSignals) -> tuple[RecordedSignals, RecordedSignals | None, tuple[str, ...]]:
-    """Signals to measure, signals to replay (None: none), and a sentence if the recording is changed."""
+    """Signals to measure, signals to replay (None: none), and a sentence on changes of the recording."""
     if recorded.commanded:
         return recorded, recorded, ()
     if recorded.has_angles:

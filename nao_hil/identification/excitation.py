@@ -31,20 +31,20 @@ from nao_hil.runs.build import build_robot
 from nao_hil.runs.capture import described
 from nao_hil.runs.config import RunConfig
 
-MIN_DURATION: Final = 60.0
+SHORTEST: Final = 60.0
 """Duration of the shortest motion, s."""
-_BLOCK_TIME: Final = 20.0
+_BLOCK: Final = 20.0
 """Time that a joint is given at a stretch, about, s."""
-_TRANSITION_TIME: Final = 2.5
+_CHANGE: Final = 2.5
 """Time between two poses, s; the longest way is 1.6 rad."""
-_STEP_SHARE: Final = 0.3
-"""Share of a joint's time with steps."""
-_STEP_HEIGHTS: Final = (0.04, 0.8)
+_STEPS: Final = 0.3
+"""Share of a joint's time in steps."""
+_HEIGHT: Final = (0.04, 0.8)
 """Half height of a step at most, rad, and as a fraction of the way without load in a cycle: the guard lets
 through steps of twice that way."""
-_STEP_INTERVALS: Final = (0.25, 0.4, 0.6, 0.3, 0.5)
+_HOLD: Final = (0.25, 0.4, 0.6, 0.3, 0.5)
 """Times between steps, s, again and again."""
-_MAX_TRIANGLE_SPEED: Final = 0.25
+_SPEED: Final = 0.25
 """Of a triangle with more than one period, at most, rad/s."""
 Progress = Callable[[float], None]
 
@@ -65,7 +65,7 @@ _REST: Final = {"ShoulderPitch": 1.5, "ShoulderRoll": 0.25, "ElbowRoll": -0.3, "
 """Arms down, legs apart; all other joints at 0. Left side."""
 
 
-_ARMS_AHEAD: Final = {"ShoulderPitch": 0.0, "ShoulderRoll": 0.3}
+_AHEAD: Final = {"ShoulderPitch": 0.0, "ShoulderRoll": 0.3}
 """Arms ahead: the axes of ShoulderRoll and ElbowRoll are upright, and friction is the only load."""
 
 
@@ -82,8 +82,8 @@ _LEG: Final = (
 
 _ARM: Final = (
     _Part("ShoulderPitch", 0.7, 1.9),
-    _Part("ShoulderRoll", 0.15, 0.9, _ARMS_AHEAD),
-    _Part("ElbowRoll", -1.1, -0.2, _ARMS_AHEAD),
+    _Part("ShoulderRoll", 0.15, 0.9, _AHEAD),
+    _Part("ElbowRoll", -1.1, -0.2, _AHEAD),
     _Part("ElbowYaw", -0.6, 0.6),
     _Part("WristYaw", -0.6, 0.6),
 )
@@ -103,7 +103,7 @@ def excitation(body: Body, start: Sequence[float], duration: float, *, hanging: 
     Args:
         body: Data sheet.
         start: Measured angles, (25,), rad; the motion begins and ends there.
-        duration: s, at least `MIN_DURATION`.
+        duration: s, at least `SHORTEST`.
         hanging: The legs move too; otherwise they stay as they are.
 
     Returns:
@@ -145,8 +145,8 @@ def _fill(commands: Array, parts: Sequence[_Part], body: Body) -> None:
     joints = [part.joint for part in parts if part.joint in INDEX]
     columns = [INDEX[joint] for joint in joints]
     cycle = body.cycle
-    count, change = len(commands), round(_TRANSITION_TIME / cycle)
-    turns = len(parts) * max(1, round(count * cycle / (_BLOCK_TIME * len(parts))))
+    count, change = len(commands), round(_CHANGE / cycle)
+    turns = len(parts) * max(1, round(count * cycle / (_BLOCK * len(parts))))
     block = (count - change) // turns
     start, now = commands[0, columns].copy(), commands[0, columns].copy()
     for turn in range(turns):
@@ -159,7 +159,7 @@ def _fill(commands: Array, parts: Sequence[_Part], body: Body) -> None:
         commands[row : row + change, columns] = _blend(now, goal, change)
         commands[row + change : row + block, columns] = goal
         if part.joint in joints:
-            height = min(_STEP_HEIGHTS[0], _STEP_HEIGHTS[1] * joint_no_load_speed(body, part.joint) * cycle)
+            height = min(_HEIGHT[0], _HEIGHT[1] * joint_no_load_speed(body, part.joint) * cycle)
             way = _way(low, high, block - change, height, cycle)
             commands[row + change : row + block, INDEX[part.joint]] = way
         now = commands[row + block - 1, columns].copy()
@@ -168,16 +168,16 @@ def _fill(commands: Array, parts: Sequence[_Part], body: Body) -> None:
 
 
 def _blend(begin: Array, end: Array, count: int) -> Array:
-    """Motion from one pose to another, at rest at both, (count, joints)."""
+    """From one pose to another, at rest at both, (count, joints)."""
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, count + 1) / count)
     return np.asarray(begin + share[:, None] * (end - begin))
 
 
 def _way(low: float, high: float, count: int, height: float, cycle: float) -> Array:
     """Triangle from the middle to both ends and back, then steps about the middle and a place under load."""
-    steps = round(_STEP_SHARE * count)
+    steps = round(_STEPS * count)
     slow = count - steps
-    periods = max(1, math.floor(slow * cycle * _MAX_TRIANGLE_SPEED / (2.0 * abs(high - low))))
+    periods = max(1, math.floor(slow * cycle * _SPEED / (2.0 * abs(high - low))))
     phase = np.arange(1, slow + 1) / slow * min(periods, 3)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     triangle = middle + half * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * np.pi * phase))
@@ -186,7 +186,7 @@ def _way(low: float, high: float, count: int, height: float, cycle: float) -> Ar
 
 def _steps(middle: float, half: float, count: int, height: float, cycle: float) -> Array:
     """A square wave of uneven periods: about the middle, then under load, with a ramp between."""
-    ends = np.cumsum(np.tile(_STEP_INTERVALS, 1 + count)[: count + 1])
+    ends = np.cumsum(np.tile(_HOLD, 1 + count)[: count + 1])
     time = np.arange(count) * cycle
     wave = np.where(np.searchsorted(ends, time, side="right") % 2 == 0, height, -height)
     ramp = np.clip((time - 0.45 * time[-1]) / (0.1 * time[-1]), 0.0, 1.0)
@@ -203,7 +203,7 @@ class ExcitationResult(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float
     cycles: int
     cycles_left_out: int
-    """Cycles of a robot in real time without an answer."""
+    """Unanswered cycles of a robot in real time."""
     clipped: int | None
     """Commands that the guard had to change: none; None: not known of a robot on the link."""
     seed: int | None
@@ -218,8 +218,8 @@ def check_start(start: str, duration: float) -> None:
     """
     if start not in (HANG, STAND):
         raise ConfigurationError(unknown_name("start", start, (HANG, STAND)))
-    if not (math.isfinite(duration) and duration >= MIN_DURATION):
-        raise ConfigurationError(f"--duration {duration:g}: the motion takes {MIN_DURATION:g} s at least.")
+    if not (math.isfinite(duration) and duration >= SHORTEST):
+        raise ConfigurationError(f"--duration {duration:g}: the motion takes {SHORTEST:g} s at least.")
 
 
 def excite_emulated(
@@ -231,7 +231,7 @@ def excite_emulated(
         settings: Body, wear, engine, scenario, start and seed.
         duration: s
         file: Recording to write.
-        progress: Called with the share done.
+        progress: Called with the share that is done.
 
     Raises:
         ConfigurationError: no such body, wear profile, scenario or start, or too short a duration.
@@ -269,18 +269,18 @@ def excite_emulated(
 def excite_linked(
     connection: Connection, start: str, duration: float, file: Path, progress: Progress = lambda _: None
 ) -> ExcitationResult:
-    """Move a robot on the link, from where it is; changes by its guard are not recorded.
+    """Move a robot on the link from its present posture; changes by its guard are not recorded.
 
     Args:
         connection: To the robot; holds the lease.
         start: `hang`: the legs move too.
         duration: s
         file: Recording to write.
-        progress: Called with the share done.
+        progress: Called with the share that is done.
 
     Raises:
         ConfigurationError: too short a duration.
-        LinkError: the robot is no longer there, or its guard took over.
+        LinkError: the robot went away, or its guard took it.
     """
     check_start(start, duration)
     body, frame = body_of(connection.info.body, connection.info.sheet), connection.frame

@@ -28,19 +28,19 @@ from nao_hil.identification import measures
 from nao_hil.identification.readings import Signals, hangs
 from nao_hil.identification.servo_model import ServoModel
 
-WATCH_TIME: Final = 0.7
+AFTER: Final = 0.7
 """Time for which a joint is watched after its command has moved, s."""
-FAST_SPEED: Final = 0.6
+FAST: Final = 0.6
 """Speed of a command from which on motion is fast, rad/s."""
-FAST_MOTION_JOINTS: Final = ("HeadYaw", "HeadPitch", "AnklePitch", "AnkleRoll")
+QUICK: Final = ("HeadYaw", "HeadPitch", "AnklePitch", "AnkleRoll")
 """Joints whose fast motion counts: with it the model is as near to the engine's robot as in slow motion, the
 rounding of the encoder (measured; with ElbowRoll and ElbowYaw it is ten times as far off, because a forearm
 stops somewhere within its backlash; WristYaw is taken to be like them)."""
 _EPSILON: Final = 1e-7
-_STEADY_STIFFNESS_CHANGE: Final = 0.02
+_STEADY: Final = 0.02
 """Change of the stiffness that does not matter."""
 LEGS: Final = frozenset(joint for joints in LEG_JOINTS.values() for joint in joints)
-"""Joints not used while they carry the robot."""
+"""Not used while they carry the robot."""
 
 
 def useful(body: Body, signals: Signals, joints: Sequence[str]) -> NDArray[np.bool_]:
@@ -55,17 +55,17 @@ def useful(body: Body, signals: Signals, joints: Sequence[str]) -> NDArray[np.bo
     command, position = signals.command[:, columns], signals.position[:, columns]
     way = np.abs(np.diff(np.nan_to_num(command), axis=0, prepend=np.nan_to_num(command[:1])))
     moving = _lately(way, signals.cycle) > _EPSILON
-    fast = _lately(way, signals.cycle) > FAST_SPEED * signals.cycle
+    fast = _lately(way, signals.cycle) > FAST * signals.cycle
     limbs = [_limb(body, joint) for joint in joints]
     stiffness = signals.stiffness[:, columns]
-    steady = np.abs(stiffness - np.median(stiffness, axis=0)) < _STEADY_STIFFNESS_CHANGE
+    steady = np.abs(stiffness - np.median(stiffness, axis=0)) < _STEADY
     found = moving & steady & np.isfinite(command) & np.isfinite(position) & signals.measured[:, None]
     if hangs(body, signals) is False:
         found[:, [i for i, joint in enumerate(joints) if joint in LEGS]] = False
     for i, joint in enumerate(joints):
         others = [k for k in range(len(joints)) if k != i and limbs[i] & limbs[k]]
         found[:, i] &= ~moving[:, others].any(axis=1)
-        if not joint.endswith(FAST_MOTION_JOINTS):
+        if not joint.endswith(QUICK):
             found[:, i] &= ~fast[:, i]
     return np.asarray(found)
 
@@ -86,8 +86,8 @@ def stretches(samples: NDArray[np.bool_], longest: int) -> NDArray[np.int64]:
 
 
 def _lately(way: Array, cycle: float) -> Array:
-    """The largest way of a cycle in the last `WATCH_TIME`."""
-    size = round(WATCH_TIME / cycle)
+    """The largest way of a cycle in the last `AFTER`."""
+    size = round(AFTER / cycle)
     return np.asarray(maximum_filter1d(way, size, axis=0, origin=(size - 1) // 2, mode="nearest"))
 
 
@@ -121,8 +121,8 @@ _CHANGE: Final = {
     "gear_relaxation": 1e-3,
     "backlash": 5e-4,
 }
-"""Steps of the derivatives, in the parameters' units; also their scale."""
-_UPPER_BOUNDS: Final = {
+"""By which derivatives are taken, in the parameters' units; also their scale."""
+_MOST: Final = {
     "delay": 0.15,
     "full_voltage_error": 1.0,
     "gear_compliance": 0.1,
@@ -133,22 +133,22 @@ _UPPER_BOUNDS: Final = {
     "backlash": 0.2,
 }
 """Upper bounds of the search."""
-_LOWER_BOUNDS: Final = {"full_voltage_error": 0.005, "motor_time_constant": 1e-4}
+_LEAST: Final = {"full_voltage_error": 0.005, "motor_time_constant": 1e-4}
 """Lower bounds that are not 0."""
-_BEGINNING_TIME: Final = 120.0
+_BEGINNING: Final = 120.0
 """Part of a longer recording that the search begins with, s; in it, `nao-hil excite` moves every joint."""
-_ROUGH_TOLERANCE: Final = 1e-3
+_ROUGH: Final = 1e-3
 """Tolerance of the search on the beginning."""
-_FINE_TOLERANCE: Final = 1e-4
+_FINE: Final = 1e-4
 """Tolerance of the search on the whole."""
-_MAX_ZERO_ERROR: Final = 0.05
-"""Largest zero error of an encoder in the search, rad."""
-_MIN_TIME: Final = 2.0
+_ZERO: Final = 0.05
+"""Largest zero error of an encoder that is looked for, rad."""
+_ENOUGH: Final = 2.0
 """Time that a group's joints must have moved alone, s."""
-_ROBUST_STEPS: Final = 3.0
+_ROBUST: Final = 3.0
 """Residuals beyond this many steps of the encoder count less than squared."""
-_MAX_STRETCH: Final = 4.0
-"""Longest stretch whose residuals count as alike, s."""
+_STRETCH: Final = 4.0
+"""Longest stretch whose residuals are taken for alike, s."""
 MODEL_ERROR: Final = {
     "delay": 7e-4,
     "backlash": 2e-4,
@@ -185,7 +185,7 @@ class Fit:
     predicted: Array
     """Angles of the model, (n, joints), the encoders' zeros included, rad."""
     samples: Array
-    """Samples that count, (n, joints), as numbers."""
+    """Those that counted, (n, joints), as numbers."""
 
     @property
     def _model_error(self) -> Array:
@@ -219,14 +219,14 @@ def fit(
     """Fit the drives of a robot whose torso does not move.
 
     The residuals are the encoders'. Each joint's encoder has a zero of its own, which is fitted too. The
-    covariance is the sandwich estimate over stretches of motion: effects missing in the model make residuals
-    that stay alike within a stretch, and differ from one to the next.
+    covariance is the sandwich estimate over stretches of motion: effects outside of the model make
+    residuals that stay alike within a stretch, and differ from one to the next.
 
     Args:
         body: Data sheet.
         signals: The recording; every present joint has a command.
         base: Values that are not fitted, and where the search begins.
-        progress: Called with the number of simulations so far.
+        progress: Called with the number of simulations.
 
     Raises:
         ConfigurationError: nothing in the recording moves as it would have to.
@@ -238,12 +238,12 @@ def fit(
             "which all do."
         )
     start = problem.start
-    rows = round(_BEGINNING_TIME / signals.cycle)
+    rows = round(_BEGINNING / signals.cycle)
     if len(signals.time) > 2 * rows:  # most of the search on the beginning, which takes less time
         beginning = _Problem(body, signals.part(slice(0, rows)), base, progress)
         if beginning.groups:
-            start = problem.start_from(beginning, beginning.solve(beginning.start, _ROUGH_TOLERANCE))
-    return problem.conclude(problem.solve(start, _FINE_TOLERANCE))
+            start = problem.start_from(beginning, beginning.solve(beginning.start, _ROUGH))
+    return problem.conclude(problem.solve(start, _FINE))
 
 
 class _Problem:
@@ -257,7 +257,7 @@ class _Problem:
     ) -> None:
         self._model = ServoModel(body, signals)
         self._base, self._progress, self._runs = base, progress, 0
-        self._longest = round(_MAX_STRETCH / signals.cycle)
+        self._longest = round(_STRETCH / signals.cycle)
         self._last: tuple[Array, Array] = (np.empty(0), np.empty(0))
         self._joints = self._model.joints
         self._samples = useful(body, signals, self._joints)
@@ -267,7 +267,7 @@ class _Problem:
         self.groups = [
             group
             for group in groups
-            if sum(moved[i] for i, joint in enumerate(self._joints) if _group(joint) == group) >= _MIN_TIME
+            if sum(moved[i] for i, joint in enumerate(self._joints) if _group(joint) == group) >= _ENOUGH
         ]
         self.names = (*GLOBAL, *(f"backlash.{group}" for group in self.groups))
         for i, joint in enumerate(self._joints):
@@ -276,16 +276,16 @@ class _Problem:
         columns = [INDEX[joint] for joint in self._joints]
         self._measured = signals.position[:, columns]
         kinds = [name.partition(".")[0] for name in self.names]
-        zeros = [_MAX_ZERO_ERROR] * len(self._joints)
+        zeros = [_ZERO] * len(self._joints)
         self.scale = np.array([_CHANGE[kind] for kind in kinds] + [self._deviation] * len(zeros))
         self.bounds = (
-            np.array([_LOWER_BOUNDS.get(kind, 0.0) for kind in kinds] + [-zero for zero in zeros]),
-            np.array([_UPPER_BOUNDS[kind] for kind in kinds] + zeros),
+            np.array([_LEAST.get(kind, 0.0) for kind in kinds] + [-zero for zero in zeros]),
+            np.array([_MOST[kind] for kind in kinds] + zeros),
         )
         self.start = np.array([*self._guess(signals), *np.zeros(len(zeros))])
 
     def _guess(self, signals: Signals) -> list[float]:
-        """Start of the search: the base, and the hysteresis of each group's first joint for its backlash."""
+        """Where to begin: the base, and the hysteresis of each group's first joint for its backlash."""
         guess = [float(getattr(self._base, name)) for name in GLOBAL]
         for group in self.groups:
             column = INDEX[next(joint for joint in self._joints if _group(joint) == group)]
@@ -310,7 +310,7 @@ class _Problem:
             bounds=self.bounds,
             x_scale=self.scale,
             loss="soft_l1",
-            f_scale=_ROBUST_STEPS * np.sqrt(12.0),
+            f_scale=_ROBUST * np.sqrt(12.0),
             ftol=tolerance,
             xtol=tolerance,
             max_nfev=25,
@@ -318,7 +318,7 @@ class _Problem:
         return np.asarray(found.x)
 
     def start_from(self, other: _Problem, x: Array) -> Array:
-        """Start of the search when a part of the recording, `other`, has been solved by `x`."""
+        """Where to begin when a part of the recording, `other`, has been solved by `x`."""
         known = dict(zip(other.names, x.tolist(), strict=False))
         own = [known.get(name, value) for name, value in zip(self.names, self.start.tolist(), strict=False)]
         return np.array([*own, *x[len(other.names) :]])
@@ -348,7 +348,7 @@ class _Problem:
         return self._scaled(self._angles(x) + x[len(self.names) :] - self._measured)
 
     def jacobian(self, x: Array) -> Array:
-        """The Jacobian by differences; all backlashes at once, because a joint has only its own."""
+        """By differences; all backlashes at once, because a joint has only its own."""
         before = self._angles(x)
         count = len(self.names)
         owner = np.nonzero(self._samples.T)[0]
@@ -370,7 +370,7 @@ class _Problem:
     def conclude(self, x: Array) -> Fit:
         """The fit, with its covariance."""
         jacobian, residuals = self.jacobian(x), self.residuals(x)
-        weight = 1.0 / np.sqrt(1.0 + np.square(residuals / (_ROBUST_STEPS * np.sqrt(12.0))))  # of soft_l1
+        weight = 1.0 / np.sqrt(1.0 + np.square(residuals / (_ROBUST * np.sqrt(12.0))))  # soft_l1's derivative
         information = jacobian.T @ (weight[:, None] * jacobian)
         inverse_information = np.linalg.pinv(information, hermitian=True)
         number = stretches(self._samples, self._longest).T[self._samples.T]

@@ -1,4 +1,4 @@
-"""Wear profile of a robot from its recording, and the profile's file."""
+"""From a recording to the wear profile of its robot, and its file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
 from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
 
-MAX_TILT_CHANGE: Final = 0.15
+STEADY: Final = 0.15
 """rad by which the torso may tilt to and fro."""
 
 
@@ -36,14 +36,14 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     base: str
     """Wear profile that everything else is taken from."""
     profile: str
-    """File of the fitted profile."""
+    """The written file."""
     confidence: float
     notes: tuple[str, ...]
     """Conversions and assumptions about the recording."""
     seconds: float
     parameters: dict[str, Estimate]
-    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and the
-    values derived from them: `stiffness.KneePitch`, ..., N m/rad."""
+    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and
+    the derived `stiffness.KneePitch`, ..., N m/rad."""
     assumed: tuple[str, ...]
     """Values of the profile's table `servo` that are not fitted."""
     residual: dict[str, float | None]
@@ -56,9 +56,9 @@ def identify(
     """Fit the drives to a recording.
 
     Args:
-        recorded: Of a suspended robot, or of one that stands still while head and arms move.
+        recorded: Of a robot that hangs, or whose feet and torso rest while head and arms move.
         base: Values that are not fitted.
-        progress: Called with the number of simulations so far.
+        progress: Called with the number of simulations.
 
     Returns:
         The fit, and the part of the recording that it uses.
@@ -68,11 +68,11 @@ def identify(
     """
     if not (recorded.commanded and recorded.has_angles):
         raise ConfigurationError(
-            "Only sensors were recorded; identification needs the command of each joint beside its angle, as "
+            "Only sensors were recorded; identification needs the command and the angle of each joint, as "
             "`nao-hil excite` records them."
         )
     tilt = recorded.signals.angle
-    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > MAX_TILT_CHANGE:
+    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > STEADY:
         raise ConfigurationError(
             f"The torso tilts by {math.degrees(np.ptp(tilt, axis=0).max()):.0f} degrees in this recording; "
             "identification needs a robot that hangs still or stands still, as `nao-hil excite` moves it."
@@ -108,7 +108,7 @@ def result(
     Args:
         recorded: The recording.
         found: Fit to it.
-        signals: The part of it that is used.
+        signals: The part of it in use.
         base: The rest.
         recording: Its file.
         profile: File of the profile.
@@ -147,7 +147,7 @@ def _assumed(fitted: Sequence[str]) -> list[str]:
 
 
 def _under_command(body: Body, signals: Signals) -> Signals:
-    """The rows since every joint has a command; one without any holds its first angle, an absent one 0."""
+    """From where every joint has a command; one that never has holds its first angle, an absent one is at 0."""
     absent = absent_joints(body)
     present = [number for number, joint in enumerate(JOINTS) if joint not in absent]
     known = np.isfinite(signals.command[:, present])

@@ -64,7 +64,7 @@ class Signals:
         return Signals(**values)
 
 
-_MIN_GAP: Final = 1.0
+_GAP: Final = 1.0
 """Shortest time without a sample that is reported, s."""
 _JITTER: Final = 0.2
 """Fraction of the usual interval by which samples of an even recording may be early or late."""
@@ -143,19 +143,19 @@ def timing_notes(readings: Readings, cycle: float) -> tuple[str, ...]:
             f"{1e3 * intervals.max():.0f} ms at most; the cycle is {1e3 * cycle:g} ms. Values between them are "
             "interpolated and do not count."
         )
-    if intervals.max() > _MIN_GAP:
+    if intervals.max() > _GAP:
         at = int(intervals.argmax())
         begin = readings.time[at] - readings.time[0]
-        number = int((intervals > _MIN_GAP).sum())
+        number = int((intervals > _GAP).sum())
         notes.append(
-            f"Gaps of more than {_MIN_GAP:g} s: {number}, the longest from {begin:.2f} s to "
+            f"Gaps of more than {_GAP:g} s: {number}, the longest from {begin:.2f} s to "
             f"{begin + intervals[at]:.2f} s."
         )
     return tuple(notes)
 
 
 def specific_force(accelerometer: Array, angle: Array | None) -> tuple[Array, tuple[str, ...]]:
-    """The accelerometer as specific force; the recorded one may show gravity instead or count in g.
+    """The accelerometer as specific force, of one that may show gravity instead or count in g.
 
     Args:
         accelerometer: (n, 3), m/s^2 or g.
@@ -193,15 +193,15 @@ def _interpolated(grid: Array, source: Array, column: Array) -> Array:
     return np.asarray(np.interp(grid, source[known], column[known]))
 
 
-_UNLOADED_SHARE: Final = 0.3
+_UNLOADED: Final = 0.3
 """Fraction of the weight below which the feet carry nothing."""
-_WATCH_TIME: Final = 1.0
-"""Time at the beginning that counts, s."""
+_WATCHED: Final = 1.0
+"""Time at the beginning that is looked at, s."""
 
 
 def hangs(body: Body, signals: Signals) -> bool | None:
-    """Whether the feet carry next to nothing at the beginning; None: their forces are not recorded."""
-    fsr = signals.fsr[: round(_WATCH_TIME / signals.cycle)]
+    """The feet carry next to nothing at the beginning; None: their forces are not recorded."""
+    fsr = signals.fsr[: round(_WATCHED / signals.cycle)]
     if not np.isfinite(fsr).all():
         return None
-    return float(fsr.sum(axis=1).mean()) < _UNLOADED_SHARE * GRAVITY * total_mass(body)
+    return float(fsr.sum(axis=1).mean()) < _UNLOADED * GRAVITY * total_mass(body)

@@ -23,7 +23,7 @@ from nao_hil.identification.hulks_mcap import is_hulks, read_hulks
 from nao_hil.identification.readings import Readings, Signals, on_grid, timing_notes
 from nao_hil.recording import load
 
-_MIN_VALUES: Final = 8
+_VALUES: Final = 8
 """Different angles that a joint needs: eight random ones seem to be on a grid once in a thousand."""
 _ON_GRID: Final = 0.95
 """Least length of the mean of unit vectors that make one turn a step: the angles then scatter by 0.05 steps at
@@ -75,7 +75,7 @@ def encoder_grid(body: Body, measured: Mapping[str, Array]) -> EncoderGrid:
     joints = {}
     for number, name in enumerate(JOINTS):
         values = np.unique(position[np.isfinite(position[:, number]), number])
-        if name not in HANDS and len(np.unique(np.rint(values / (0.5 * step)))) >= _MIN_VALUES:
+        if name not in HANDS and len(np.unique(np.rint(values / (0.5 * step)))) >= _VALUES:
             mean = np.exp(2j * np.pi * values / step).mean()
             shift = float(np.angle(mean) / (2.0 * np.pi) * step)
             joints[name] = JointGrid(on_grid=bool(abs(mean) >= _ON_GRID), shift=shift)
@@ -94,7 +94,7 @@ class RecordedSignals:
     readings: Readings
     """The same measurements at their own times."""
     config: dict[str, Any]
-    """Configuration of the recording; empty: it holds none."""
+    """Configuration of the recorded run; empty: it holds none."""
     whole: bool
     """It begins with the robot's first cycle."""
     encoder_grid: EncoderGrid
@@ -119,7 +119,7 @@ def read_signals(
 
     Args:
         path: .mcap of ours or of HULKs, .csv, .csv.gz, or .log of B-Human.
-        robot: Body; None: the recording's.
+        robot: Body; None: the one that the recording names.
         begin: First second of the recording to take.
         end: Last one; None: its end.
         columns: TOML that maps a CSV's columns, see `csv_file.ColumnMap`.
@@ -181,7 +181,7 @@ def _own(path: Path) -> tuple[Readings, dict[str, Any], bool]:
 def _commands(sensors: Any, actuators: Any) -> dict[str, Array]:
     """The command in force in the cycle after each sensor frame; NaN before the first one.
 
-    A frame names with `command` the one in force in the cycle that it ends.
+    `command` of a frame names the one in force in the cycle that it ends.
     """
     replies = actuators["reply_to"].astype(int)
     order = np.argsort(replies, kind="stable")

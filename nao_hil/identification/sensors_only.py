@@ -19,9 +19,9 @@ from nao_hil.identification.recorded import RecordedSignals
 
 _WINDOW: Final = 0.5
 """Time over which a torso is quiet, s."""
-_MAX_DEVIATION: Final = {"gyroscope": 0.02, "accelerometer": 0.3}
+_QUIET: Final = {"gyroscope": 0.02, "accelerometer": 0.3}
 """Largest standard deviation in it of each axis, rad/s and m/s^2: some times the noise of a real robot."""
-_REST_DURATIONS: Final = (2.0, 20.0)
+_STILL: Final = (2.0, 20.0)
 """Shortest and longest stretch at rest, s."""
 
 
@@ -46,11 +46,11 @@ def follow_angles(recorded: RecordedSignals) -> RecordedSignals:
 
 
 def at_rest(signals: Signals) -> slice | None:
-    """The longest stretch, 20 s at most, without motion of the torso; None: none, or unknown."""
+    """The longest stretch, 20 s at most, in which the torso does not move; None: none, or unknown."""
     size = max(round(_WINDOW / signals.cycle), 2)
     known = [
         (name, axis)
-        for name in _MAX_DEVIATION
+        for name in _QUIET
         for axis in range(3)
         if np.isfinite(getattr(signals, name)[:, axis]).all()
     ]
@@ -58,13 +58,13 @@ def at_rest(signals: Signals) -> slice | None:
         return None
     quiet = np.ones(len(signals.time) - size + 1, dtype=bool)
     for name, axis in known:
-        quiet &= _deviation(getattr(signals, name)[:, axis], size) < _MAX_DEVIATION[name]
+        quiet &= _deviation(getattr(signals, name)[:, axis], size) < _QUIET[name]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]])))
     if not len(edges):
         return None
     begin, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda stretch: stretch[1] - stretch[0])
-    rows = min(int(end - begin) + size - 1, round(_REST_DURATIONS[1] / signals.cycle))
-    return slice(int(begin), int(begin) + rows) if rows * signals.cycle >= _REST_DURATIONS[0] else None
+    rows = min(int(end - begin) + size - 1, round(_STILL[1] / signals.cycle))
+    return slice(int(begin), int(begin) + rows) if rows * signals.cycle >= _STILL[0] else None
 
 
 def compare_fused_angle(readings: Readings, parameters: FusedAngleParameters) -> FusedAngleComparison | None:
@@ -75,7 +75,7 @@ def compare_fused_angle(readings: Readings, parameters: FusedAngleParameters) ->
         parameters: Of the filter.
 
     Returns:
-        None where one of these sensors, or the fused angle, is not recorded.
+        None where one of these sensors, or the fused angle, was not recorded.
     """
     empty = np.empty((0, 3))
     angle = readings.measured.get("angle", empty[:, :2])

@@ -2,7 +2,7 @@
 
 A joint has the inertia and the gravity of its load, see `loads`; the drive is `emulator.servo`'s.
 
-The load of a joint of a robot with a held torso is the gravity and inertia of all links behind it.
+Load of each joint of a robot with a held torso: gravity and inertia of all links behind it.
 
 Other joints are taken where they are measured, and at rest.
 """

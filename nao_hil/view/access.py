@@ -125,7 +125,7 @@ class Access:
         return None
 
     def _knows(self, given: str) -> bool:
-        return self.token is not None and hmac.compare_digest(given.encode(), self.token.encode())
+        return self.token is not None and hmac.compare_digest(given.encode(errors="replace"), self.token.encode())
 
 
 def _name(host: str) -> str:

@@ -1,4 +1,4 @@
-"""How a robot stands at one moment: support polygon, zero moment point, margin, capture point.
+"""Balance of a robot at one moment: support polygon, zero moment point, margin, capture point.
 
 Each twice where it can be: by the robot's own sensors, and by the ground truth.
 """
@@ -139,7 +139,7 @@ AT_REST: Final = ("approach", "stand")
 
 
 class Stand(NamedTuple):
-    """A robot in the world and how it stands, by one source."""
+    """Pose and balance of a robot by one source."""
 
     robot: RobotPose
     contacts: Contacts
@@ -291,7 +291,7 @@ class BalanceEstimator:
 
 
 def true_pose(robot: FloatingBase, truth: TruthFrame) -> RobotPose:
-    """The robot where the ground truth says it is.
+    """The robot at the pose of the ground truth.
 
     Args:
         robot: Kinematics of the body.

@@ -25,14 +25,14 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
     fell: float
     """When, robot time, s."""
     chain: tuple[Symptom, ...]
-    """Symptoms up to the fall, in order of time, the fall and disturbances included; signs that were
-    overcome are not in it."""
+    """Symptoms up to the fall, in order of time, the fall and disturbances included; overcome signs
+    are not in it."""
     first: Symptom | None
-    """The first that was the robot's own; None when it fell without a sign."""
+    """The robot's own first one; None when it fell without a sign."""
     before: Symptom | None
     """Disturbances before, if any."""
     torso_off: bool = False
-    """Its walk was known to do without torso control."""
+    """Its walk is known to have no torso control."""
 
     @property
     def sentence(self) -> str:

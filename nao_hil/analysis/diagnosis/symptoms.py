@@ -33,7 +33,7 @@ GAP: Final = 0.05
 
 
 class Symptom(NamedTuple):
-    """Something that went wrong, or was done to the robot."""
+    """Sign of a fall, or a disturbance from outside."""
 
     time: float
     """When it began, robot time, s."""
@@ -74,7 +74,7 @@ class TippingSign:
         self._began = 0.0
 
     def update(self, time: float, stand: Stand) -> float | None:
-        """When the zero moment point came to the edge, once it is a symptom."""
+        """Time at which the zero moment point reached the edge, once it is a symptom."""
         at_edge = stand.margin is None or stand.margin < EDGE
         beyond = stand.support is not None and stand.support.margin(stand.capture) < 0.0
         began = self._edge.update(time, at_edge and beyond)

@@ -77,7 +77,7 @@ def plane(t: Tables, figure: Figure) -> None:
 
 
 def _footprints(t: Tables) -> list[Array]:
-    """Corners of each sole that was planned to stand, once for each place, shape (n, 2), m."""
+    """Corners of each planned stance sole, once for each place, shape (n, 2), m."""
     places: dict[tuple[Side, tuple[float, ...]], Pose] = {}
     for message in t.telemetry:
         for side, foot in _standing(message):

@@ -64,7 +64,7 @@ def missing(tables: Tables, name: str) -> list[str]:
 
 
 def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
-    """Draw one plot; the file's suffix says in which format.
+    """Draw one plot; the file's suffix gives the format.
 
     Args:
         runs: Tables and title of each run; curves of the second and later ones are dashed over the first's.
@@ -85,9 +85,9 @@ def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
     figure.suptitle(f"{shows[0].upper()}{shows[1:]}\n{titles}", fontsize=10)
     make(tables, figure)
     for (other, _), dashes in zip(runs[1:], DASHED.values(), strict=False):
-        beside = Figure(figsize=size)
-        make(other, beside)
-        _overlay(figure, beside, dashes)
+        second = Figure(figsize=size)
+        make(other, second)
+        _overlay(figure, second, dashes)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
     save_figure(figure, file)

@@ -132,7 +132,7 @@ def imu(t: Tables, figure: Figure) -> None:
 
 
 def cycle(t: Tables, figure: Figure) -> None:
-    """How old commands are, and how many came too late."""
+    """Age of the commands, and number of late ones."""
     axes = time_axes(t, figure, ("age of command, cycles", "missed so far, cycles"))
     command = column(t.sensors, "command")
     age = np.where(command >= 0, column(t.sensors, "seq") - command, np.nan)

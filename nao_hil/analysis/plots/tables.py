@@ -64,7 +64,7 @@ class Tables:
 
     @property
     def events(self) -> list[float]:
-        """When something was done to the robot or its world, s."""
+        """Times of events in the robot and its world, s."""
         return [when for when, notice in self.notices if notice.level == "info" and not notice.routine]
 
     def phases(self) -> list[tuple[str, float, float]]:

@@ -107,7 +107,7 @@ class Report:
     configuration: str = ""
     """Gaits and controllers in full, TOML."""
     missing: Sequence[tuple[str, str]] = ()
-    """Experiments that were not done, and why."""
+    """Experiments that did not run, and why."""
     about: str = ""
     """The common part of the pages, and how to read them."""
 
