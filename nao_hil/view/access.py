@@ -8,11 +8,11 @@ address, is kept in a cookie that scripts cannot read and other sites do not sen
 
 from __future__ import annotations
 
-import hmac
 import secrets
 import socket
 import ssl
 from dataclasses import dataclass
+from hmac import compare_digest
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
@@ -125,7 +125,8 @@ class Access:
         return None
 
     def _knows(self, given: str) -> bool:
-        return self.token is not None and hmac.compare_digest(given.encode(errors="replace"), self.token.encode())
+        # a header may hold surrogates, which are no UTF-8
+        return self.token is not None and compare_digest(given.encode(errors="replace"), self.token.encode())
 
 
 def _name(host: str) -> str:
