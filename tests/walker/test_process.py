@@ -59,7 +59,7 @@ class Link:
     def send(self, frame: Any) -> None:
         self.sent.append(frame)
 
-    publish_telemetry = send
+    publish = send
 
 
 GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
