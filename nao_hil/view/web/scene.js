@@ -98,7 +98,7 @@ void main() {
 const SUN = unit([0.38, -0.42, 0.82]);
 const CREASE_COSINE = 0.6; // cosine of the angle over which an edge is drawn sharp
 const CORNER_SIZE = 10; // numbers of a corner: position, normal, colour, link
-const CASTER_CELL = 0.012; // m
+const CASTER_CELL = 0.016; // m
 const SHADOW_SIZE = { software: 128, card: 256 }; // pixels of the picture of the shadow
 const BLUR_STEP = 0.0047; // of that picture, between two samples of its blur
 const RIBBON_WIDTH = 0.003, HALF_BAR_WIDTH = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
