@@ -106,7 +106,10 @@ def test_the_verdict_wants_every_robot_at_rest_and_taken_over_and_lets_it_fall()
     left = msgspec.structs.replace(OUTAGE, taken_over=False)
     assert watchdog.judge([OUTAGE, fallen], "dynamic").passed
     stood = watchdog.judge([OUTAGE, fallen], "dynamic").stood_by_phase
-    assert {phase: (share.survived, share.n) for phase, share in stood.items()} == {"SSL": (1, 1), "SSR": (0, 1)}
+    assert {phase: (share.survived, share.n) for phase, share in stood.items()} == {
+        "SSL": (1, 1),
+        "SSR": (0, 1),
+    }
     assert not watchdog.judge([OUTAGE, restless], "dynamic").passed
     assert not watchdog.judge([OUTAGE, left], "dynamic").passed
     assert not watchdog.judge([], "dynamic").passed
