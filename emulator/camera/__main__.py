@@ -1,4 +1,4 @@
-"""The cameras of one robot: `python -m emulator.camera ROBOT ENDPOINT BODY DESCRIPTOR`.
+"""The cameras of one robot: `python -m emulator.camera ROBOT ENDPOINT DESCRIPTOR`.
 
 Started by `bridge.adapters.naoqi.core.cameras`, which has the messages.
 """
@@ -15,4 +15,4 @@ if __name__ == "__main__":
     os.nice(10)
     from emulator.camera.process import main
 
-    main(sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4]))
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))

@@ -18,13 +18,14 @@ import msgspec
 import numpy as np
 
 from bridge.adapters.naoqi.core.cameras import Pipe
-from bridge.body import load_body
+from bridge.body import body_of
 from bridge.body.joints import INDEX
-from bridge.errors import FrameError, NaoHilError
+from bridge.errors import FrameError, LinkError, NaoHilError
 from bridge.link import keys
 from bridge.link.client import WorldClient
+from bridge.link.query import ask
 from bridge.link.session import open_client, subscribe
-from bridge.messages import TruthFrame, decode
+from bridge.messages import Info, TruthFrame, decode
 from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
 from bridge.types import Array
@@ -54,16 +55,23 @@ class CameraProcess:
     Args:
         robot: id.
         endpoint: of the robot.
-        body: name or path of its data sheet.
         pipe: to the requester of pictures.
+
+    Raises:
+        LinkError: the robot does not answer.
+        ConfigurationError: it has a body that is not known.
     """
 
-    def __init__(self, robot: str, endpoint: str, body: str, pipe: Pipe) -> None:
-        self._scene = CameraScene(load_body(body))
+    def __init__(self, robot: str, endpoint: str, pipe: Pipe) -> None:
         self._pipe = pipe
         self._truth: tuple[float, bytes] | None = None
         self._world: WorldReply | None = None
         self._session = open_client(endpoint, _CONNECT)
+        answer = ask(self._session, keys.key(robot, keys.INFO), b"", _CONNECT, LinkError)
+        if answer is None:
+            raise LinkError(f"The robot `{robot}` at {endpoint} does not answer.")
+        info = decode(answer, Info)
+        self._scene = CameraScene(body_of(info.body, info.sheet))
         subscribe(self._session, keys.topic_key(robot, TruthFrame), self._note_truth)
         self._client = WorldClient(robot, endpoint)
         for work in (self._ask_world, self._report):
@@ -151,12 +159,12 @@ class CameraProcess:
         return found
 
 
-def main(robot: str, endpoint: str, body: str, descriptor: int) -> None:
+def main(robot: str, endpoint: str, descriptor: int) -> None:
     """Serve one robot's cameras."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the serving process ends this one
     pipe = Pipe(socket.socket(fileno=descriptor))
     try:
-        cameras = CameraProcess(robot, endpoint, body, pipe)
+        cameras = CameraProcess(robot, endpoint, pipe)
         cameras.serve()
     except (NaoHilError, msgspec.MsgspecError) as error:
         pipe.send([-1, False, str(error)])

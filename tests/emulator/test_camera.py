@@ -23,6 +23,7 @@ from bridge.adapters.naoqi.core.cameras import Pipe
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
+from bridge.host import robot_info
 from bridge.messages import Contact, TruthFrame, encode
 from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
 from bridge.realtime import leave_real_time
@@ -197,11 +198,13 @@ def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) 
     received: list[Callable[[bytes], None]] = []
     monkeypatch.setattr(process, "open_client", lambda *_: None)
     monkeypatch.setattr(process, "subscribe", lambda _session, _key, receive: received.append(receive))
+    info = encode(robot_info(load_body("nao-v6"), robot="nao", side="emulator", mode="real-time", software=""))
+    monkeypatch.setattr(process, "ask", lambda *_: info)
     monkeypatch.setattr(process, "WorldClient", lambda *_: SimpleNamespace(send=lambda _: world()))
     ours, theirs = socket.socketpair()
     ours.settimeout(10.0)
     pipe = Pipe(ours)
-    cameras = process.CameraProcess("nao", "", "nao-v6", Pipe(theirs))
+    cameras = process.CameraProcess("nao", "", Pipe(theirs))
     received[0](b"\x01")
     threading.Thread(target=cameras.serve, daemon=True).start()
     pipe.send([1, 0, 40, 30, 11, ""])
@@ -215,7 +218,7 @@ def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) 
 def test_pictures_are_drawn_without_a_real_time_priority() -> None:
     """Started by a thread under SCHED_FIFO, which hands it on; nobody answers at the endpoint."""
     ours, theirs = socket.socketpair()
-    of = ["nao", "tcp/127.0.0.1:9", "nao-v5", str(theirs.fileno())]
+    of = ["nao", "tcp/127.0.0.1:9", str(theirs.fileno())]
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
     except PermissionError:

@@ -134,7 +134,7 @@ class NaoqiServer:
         """Cameras of an emulated robot."""
         if info.side != "emulator":
             return None
-        return DrawnCameraFeed(info.robot, self._link.endpoint, info.body)
+        return DrawnCameraFeed(info.robot, self._link.endpoint)
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
         """Answer a frame; False after a loss or a restart of the robot."""

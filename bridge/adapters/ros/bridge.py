@@ -164,7 +164,7 @@ class RosBridge:
         """Send pictures of the cameras with listeners."""
         if info.side != "emulator":
             return
-        feed = DrawnCameraFeed(info.robot, self._endpoint, info.body)
+        feed = DrawnCameraFeed(info.robot, self._endpoint)
         publishers = {
             name: (
                 self._node.publisher(f"{name}/image_raw", IMAGE),

@@ -142,11 +142,10 @@ class DrawnCameraFeed:
     Args:
         robot: id of the robot.
         endpoint: Zenoh endpoint of the robot.
-        body: name of its data sheet.
     """
 
-    def __init__(self, robot: str, endpoint: str, body: str) -> None:
-        self._command = [sys.executable, "-m", "emulator.camera", robot, endpoint, body]
+    def __init__(self, robot: str, endpoint: str) -> None:
+        self._command = [sys.executable, "-m", "emulator.camera", robot, endpoint]
         self._lock = threading.Lock()
         self._pipe: Pipe | None = None
         self._process: subprocess.Popen[bytes] | None = None
