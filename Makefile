@@ -69,7 +69,7 @@ docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 bench: setup
-	$(BIN)/python -m nao_hil.bench
+	$(BIN)/python -m tests.bench
 
 images: setup
 	docker/build compose.yaml emulator walker lola view

@@ -160,7 +160,7 @@ MODEL_ERROR: Final = {
     "gear_relaxation": 0.06,
 }
 """Standard deviation of the model's own error, invisible in the residuals; a fraction but for `ABSOLUTE`.
-Three robots' `model_error` of `python -m nao_hil.bench experiments.calibration` times 1.6, by which the t
+Three robots' `model_error` of `python -m tests.bench experiments.calibration` times 1.6, by which the t
 distribution with 3 degrees of freedom is wider than the normal; backlash: RMS of HipYawPitch, the worst."""
 ABSOLUTE: Final = ("backlash", "delay", "lead")
 """Kinds of parameters whose model error is in rad and s."""

@@ -1,4 +1,4 @@
-"""`python -m nao_hil.bench [NAME ...] [--json]`: run the benchmarks."""
+"""`python -m tests.bench [NAME ...] [--json]`: run the benchmarks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bridge.errors import NaoHilError
-from nao_hil.bench import (
+from tests.bench import (
     batch,
     campaign,
     cycles,
@@ -53,7 +53,7 @@ LONG: dict[str, Callable[[], dict[str, Any]]] = {
 
 def main() -> None:
     """Run the named benchmarks, or all."""
-    parser = argparse.ArgumentParser(prog="python -m nao_hil.bench", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.bench", description=__doc__)
     known = BENCHES | LONG
     parser.add_argument(
         "names",

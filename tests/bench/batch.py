@@ -17,9 +17,9 @@ from typing import Any
 
 from emulator.robot import EmulatedRobot
 from nao_hil.batch import Batch
-from nao_hil.bench.cycles import bare_cycle
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
+from tests.bench.cycles import bare_cycle
 
 
 def measure(robots: int = 16, body: str = "nao-v6", blocks: int = 24, cycles: int = 10) -> dict[str, Any]:

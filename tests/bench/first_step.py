@@ -16,8 +16,8 @@ from bridge.errors import LinkError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import TruthFrame, decode
-from nao_hil.bench.pictures import TIMEOUT, await_server
 from nao_hil.runs.supervisor import Child, free_endpoint
+from tests.bench.pictures import TIMEOUT, await_server
 
 TRIALS: Final = 20
 CALLS_BEFORE: Final = ("wakeUp", "rest", "StandInit", "Stand", "Crouch")
@@ -49,7 +49,7 @@ def measure(trials: int = TRIALS, before: tuple[str, ...] = CALLS_BEFORE) -> dic
         try:
             await_server(server)
             given = f"{url!r}, {endpoint!r}, {trials}, {before!r}"
-            code = f"from nao_hil.bench.first_step import program; program({given})"
+            code = f"from tests.bench.first_step import program; program({given})"
             done = subprocess.run([sys.executable, "-c", code], cwd=_ROOT, stdout=subprocess.PIPE, text=True)
         finally:
             server.end(5.0)

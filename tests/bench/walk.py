@@ -17,9 +17,9 @@ from bridge.body import Body
 from bridge.body.inverse_kinematics import FootPose, solve_legs
 from bridge.body.kinematics import foot_in_torso
 from emulator.engine.catalogue import ENGINES
-from nao_hil.bench.cycles import bare_cycle
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
+from tests.bench.cycles import bare_cycle
 
 STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
 """Angles of a leg, rad."""

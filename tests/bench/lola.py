@@ -36,9 +36,9 @@ from bridge.messages import ActuatorFrame, Info
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
 from emulator.timing import CycleTimer
-from nao_hil.bench.round_trip import standing_frame, trip_time
 from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.supervisor import Child, free_endpoint
+from tests.bench.round_trip import standing_frame, trip_time
 
 _WARM_UP: Final = 100
 _TRIPS: Final = 500
@@ -66,7 +66,7 @@ def beat(seconds: float) -> dict[str, Any]:
         finally:
             server.end(5.0)
             robot.end(5.0)
-        code = f"from nao_hil.bench.lola import bare_loop; bare_loop({path!r}, {seconds!r})"
+        code = f"from tests.bench.lola import bare_loop; bare_loop({path!r}, {seconds!r})"
         root = Path(__file__).parents[2]
         with subprocess.Popen([sys.executable, "-c", code], cwd=root) as bare:
             floor = _gaps(path, seconds)
@@ -260,7 +260,7 @@ def _next(link: ControllerLink) -> int:
 def _echo(folder: Path) -> dict[str, Any]:
     """Both ways between two processes over a unix socket, with nothing done in between."""
     path = str(folder / "echo")
-    code = f"from nao_hil.bench.lola import echo; echo({path!r})"
+    code = f"from tests.bench.lola import echo; echo({path!r})"
     with subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parents[2]) as process:
         with _connected(path) as peer:
 

@@ -28,8 +28,8 @@ from bridge.link import ControllerLink, RobotLink
 from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
-from nao_hil.bench.round_trip import standing_frame
 from nao_hil.runs.supervisor import Child, free_endpoint
+from tests.bench.round_trip import standing_frame
 
 _CYCLE: Final = 0.01
 _BLOCKS: Final = 4
@@ -119,7 +119,7 @@ def _wait_for(text: str, log: Path) -> None:
 
 def _calls(url: str) -> dict[str, Any]:
     bare = "tcp://" + free_endpoint().removeprefix("tcp/")
-    code = f"from nao_hil.bench.naoqi import bare_service; bare_service({bare!r})"
+    code = f"from tests.bench.naoqi import bare_service; bare_service({bare!r})"
     with subprocess.Popen(
         [sys.executable, "-c", code], cwd=_ROOT, stdout=subprocess.PIPE, text=True
     ) as service:
@@ -127,7 +127,7 @@ def _calls(url: str) -> dict[str, Any]:
             assert service.stdout is not None
             while service.stdout.readline().strip() != "ready":
                 pass
-            code = f"from nao_hil.bench.naoqi import caller; caller({url!r}, {bare!r})"
+            code = f"from tests.bench.naoqi import caller; caller({url!r}, {bare!r})"
             out = subprocess.run(
                 [sys.executable, "-c", code], cwd=_ROOT, stdout=subprocess.PIPE, text=True, check=True
             ).stdout

@@ -20,11 +20,11 @@ from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
-from nao_hil.bench.cycles import bare_cycle
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.supervisor import Child, free_endpoint, free_port
 from nao_hil.view.child import READY, LivePage
 from nao_hil.view.video import CHROMIUM, SOFTWARE
+from tests.bench.cycles import bare_cycle
 
 GZIP: Final = b"\x1f\x8b"
 """First bytes of a packed run; other binary messages are rows."""

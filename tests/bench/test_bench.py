@@ -6,8 +6,8 @@ import pytest
 
 from bridge.body import load_body
 from emulator.servo.parameters import Backlash, ServoParameters
-from nao_hil.bench.campaign import busy_share, workers_kept_busy
-from nao_hil.bench.identification import CALIBRATION, VALIDATION, Recovered, summary, true_value
+from tests.bench.campaign import busy_share, workers_kept_busy
+from tests.bench.identification import CALIBRATION, VALIDATION, Recovered, summary, true_value
 
 
 def test_one_worker_waits_for_the_service_alone() -> None:

@@ -22,10 +22,10 @@ from bridge.link.session import open_client, subscribe
 from bridge.messages import TruthFrame, decode
 from bridge.messages.world import Reset
 from bridge.stance import FALLEN_TILT
-from nao_hil.bench.pictures import TIMEOUT
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child, free_endpoint
+from tests.bench.pictures import TIMEOUT
 
 CLIENTS: Final = 20
 """Of each kind."""
@@ -78,7 +78,7 @@ def _lose(endpoint: str, path: str, draw: random.Random, *, walks: bool) -> tupl
     session = open_client(endpoint)
     key = keys.topic_key("nao", TruthFrame)
     subscriber = subscribe(session, key, lambda data: tilts.append(_upright(data)))
-    code = f"from nao_hil.bench.lost_clients import client; client({path!r}, {walks})"
+    code = f"from tests.bench.lost_clients import client; client({path!r}, {walks})"
     with subprocess.Popen([sys.executable, "-c", code], cwd=_ROOT, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.readline()

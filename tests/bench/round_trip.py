@@ -49,7 +49,7 @@ def measure() -> dict[str, Any]:
 @contextlib.contextmanager
 def _peer(kind: str) -> Iterator[str]:
     endpoint = free_endpoint()
-    code = f"from nao_hil.bench.round_trip import {kind}; {kind}({endpoint!r})"
+    code = f"from tests.bench.round_trip import {kind}; {kind}({endpoint!r})"
     process = subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parents[2])
     try:
         yield endpoint

@@ -26,7 +26,7 @@ from bridge.errors import ConfigurationError
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
-from nao_hil.bench.cycles import bare_cycle
+from tests.bench.cycles import bare_cycle
 
 _Turn: TypeAlias = tuple[str, Callable[[], float]]
 """Name, and a function that steps once and returns the processor time, s."""

@@ -65,7 +65,7 @@ def _walk(engine: str, seconds: float, programs: tuple[str, ...]) -> dict[str, f
 
         def start(program: str) -> subprocess.Popen[str]:
             """A program, once its time has begun."""
-            code = f"from nao_hil.bench.pictures import program; program({program!r}, {url!r}, {seconds})"
+            code = f"from tests.bench.pictures import program; program({program!r}, {url!r}, {seconds})"
             command = [sys.executable, "-c", code]
             client = clients.enter_context(
                 subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=_ROOT)
