@@ -34,7 +34,7 @@ Duration = Annotated[
     float | None,
     typer.Option(
         "--duration",
-        help="Seconds of one run, for `soak`, `velocity`, `terrain`, `falls` (a push a minute).",
+        help="Seconds of one run, for `velocity`, `terrain`, `falls` (a push a minute).",
         min=10.0,
         metavar="S",
     ),
@@ -80,8 +80,7 @@ def experiment(
     """Run an experiment over many seeds; figures, JSON and report.html go to the run's folder.
 
     Walks are kept there too: the same command with the same --out continues after a stop. Exit code 1:
-    the verdict failed. `network` and `outages` make network namespaces: Linux, root and iproute2. `soak` walks
-    by the clock for --duration (300 s) with the first seed.
+    the verdict failed.
 
     Example: nao-hil experiment obstacle --seeds 6 --first-seed 100 --json
     """

@@ -19,7 +19,7 @@ class Entry(NamedTuple):
     """One experiment."""
 
     module: str
-    """In `nao_hil.experiments`; after a colon the function and its further arguments."""
+    """Of `nao_hil.experiments`, or a full name; after a colon the function and its further arguments."""
     what: str
     """Measured quantity, for people."""
     seeds: int
@@ -33,9 +33,8 @@ class Entry(NamedTuple):
         """The function that does it."""
         module, _, call = self.module.partition(":")
         name, *arguments = (call or "experiment").split()
-        function: Callable[..., Outcome] = getattr(
-            importlib.import_module(f"nao_hil.experiments.{module}"), name
-        )
+        path = module if "." in module else f"nao_hil.experiments.{module}"
+        function: Callable[..., Outcome] = getattr(importlib.import_module(path), name)
         return lambda context: function(context, *arguments)
 
 
@@ -97,18 +96,8 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "force-cells": Entry("real_robots:experiment force_cells", "noise and sum of the force cells", 5, False),
     "currents": Entry("real_robots:experiment currents", "motor currents of a standing V3", 5, False),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
-    "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),
     "engines": Entry(
         "engines", "torso step, drives, walks, R1, R2, R5, get-up: PyBullet and MuJoCo", 20, False
     ),
-    "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
-    "watchdog": Entry(
-        "watchdog", "walks whose controller dies: does the guard bring the robot to rest", 50, False
-    ),
-    "network": Entry(
-        "network", "walks in real time over delay, jitter and loss (root, Linux)", 20, False, True
-    ),
-    "soak": Entry("soak", "a long walk in real time: memory, files, punctuality, drift (Linux)", 1, False),
-    "outages": Entry("outages", "walks with the link interrupted, or a process killed (root, Linux)", 1, False),
 }
 """In the order of the thesis."""

@@ -20,14 +20,13 @@ import psutil
 import pyarrow.dataset as pads
 
 from nao_hil.campaigns.results import ask
-from nao_hil.network_emulation import NetworkConditions, Site
-from nao_hil.network_emulation.site import ROBOT_ADDRESS, WALKER_ADDRESS
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset.dataset import PATTERN
 from nao_hil.runs.dataset.journal import SUFFIX
 from nao_hil.runs.executors import Job, open_executor
 from nao_hil.runs.walk import Walk
+from tests.measure.site import ROBOT_ADDRESS, WALKER_ADDRESS, NetworkConditions, Site
 
 
 def measure(

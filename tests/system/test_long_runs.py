@@ -38,7 +38,7 @@ def test_the_demo_shows_all_its_parts_and_the_robot_stands_at_its_end(
 
 
 def test_walking_needs_no_more_memory_than_its_first_seconds(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "nao_hil.cli", "experiment", "soak", "--duration", "20"]
+    command = [sys.executable, "-m", "tests.measure", "soak", "--duration", "20"]
     soak = subprocess.run([*command, "--out", str(tmp_path / "soak")], capture_output=True, text=True)
     logs = "\n".join(log.read_text() for log in (tmp_path / "soak").glob("*/*.log"))
     assert soak.returncode == 0, f"{soak.stdout}{soak.stderr}{logs}"

@@ -12,11 +12,11 @@ import pytest
 
 pytest.importorskip("pybullet")
 
-from nao_hil.experiments import network, outages
 from nao_hil.experiments.context import Context
-from nao_hil.network_emulation import Site
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
+from tests.measure import network, outages
+from tests.measure.site import Site
 
 pytestmark = [
     pytest.mark.realtime,

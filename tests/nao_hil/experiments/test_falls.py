@@ -1,4 +1,4 @@
-"""Robots that are pushed, dropped, left by their controller and abused: the walk, the verdict, the energy."""
+"""Robots that are pushed, dropped and abused: the walk, the verdict, the energy."""
 
 from __future__ import annotations
 
@@ -10,20 +10,18 @@ import pytest
 
 from bridge.body import load_body
 from bridge.errors import ConfigurationError
-from bridge.guard import GuardSettings
 from bridge.messages.faults import PowerLoss
 from emulator.robot import EmulatedRobot
 from emulator.start import random_drop
 from emulator.wear import load_wear
-from nao_hil.experiments import falls, watchdog
-from nao_hil.experiments.abuse import run
+from nao_hil.experiments import falls
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.falls import FELLING, Fall, claims, experiment, judge, pushes
 from nao_hil.experiments.get_up import DROP, WARM, dropped, get_up
-from nao_hil.experiments.watchdog import LONGEST, Outage, run_once
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
+from tests.emulator.abuse import run
 
 STOOD = Fall(
     seed=0, impulse=1.0, walked=5.0, false_alarms=0, fell=False, lead=0.0, tilt=0.0, speed={}, walks_on=True
@@ -78,42 +76,6 @@ def test_a_difficult_drop_stands_up_with_cool_motors(seed: int) -> None:
 
 
 BODY = load_body("nao-v3")
-OUTAGE = Outage(
-    gait="dynamic",
-    seed=0,
-    cycle=500,
-    phase="SSL",
-    step=5,
-    fell_before=False,
-    fell=False,
-    rest=3.0,
-    taken_over=True,
-)
-
-
-def test_a_dynamic_walk_cut_in_mid_step_ends_at_rest_and_goes_on_with_another_controller() -> None:
-    settings = GuardSettings()
-    outage = run_once(BODY, load_wear("ideal"), "dynamic", 0, 0.4, settings, "mujoco")
-    assert outage.phase in ("SSL", "SSR", "DSL", "DSR") and 2 < outage.step < 18
-    assert not outage.fell and outage.taken_over
-    silent = (settings.watchdog.silence_cycles + settings.watchdog.hold_cycles) * BODY.cycle
-    assert silent < outage.rest < silent + 5.0
-
-
-def test_the_verdict_wants_every_robot_at_rest_and_taken_over_and_lets_it_fall() -> None:
-    fallen = msgspec.structs.replace(OUTAGE, fell=True, phase="SSR")
-    restless = msgspec.structs.replace(OUTAGE, rest=LONGEST)
-    left = msgspec.structs.replace(OUTAGE, taken_over=False)
-    assert watchdog.judge([OUTAGE, fallen], "dynamic").passed
-    stood = watchdog.judge([OUTAGE, fallen], "dynamic").stood_by_phase
-    assert {phase: (share.survived, share.n) for phase, share in stood.items()} == {
-        "SSL": (1, 1),
-        "SSR": (0, 1),
-    }
-    assert not watchdog.judge([OUTAGE, restless], "dynamic").passed
-    assert not watchdog.judge([OUTAGE, left], "dynamic").passed
-    assert not watchdog.judge([], "dynamic").passed
-
 
 MASS = sum(link.mass for link in BODY.links.values())
 G = 9.81

@@ -12,7 +12,6 @@ from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
 from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.push_map import ThresholdSearch
-from nao_hil.experiments.soak import lateness, punctuality
 from nao_hil.experiments.terrain import TerrainSetup, _grounds
 from nao_hil.experiments.velocity import cell, heading_velocity, straight
 from nao_hil.runs.config import RunConfig
@@ -21,6 +20,7 @@ from nao_hil.runs.track import CHANNELS, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 from tests.frames import walk_telemetry
 from tests.made_walks import walk_end
+from tests.measure.soak import lateness, punctuality
 
 FULL = (0.35, 0.2, 1.5)
 STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))

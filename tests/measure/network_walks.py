@@ -12,10 +12,10 @@ import msgspec
 from bridge.body import load_body
 from bridge.errors import ConfigurationError, LinkError
 from emulator.wear import load_wear
-from nao_hil.network_emulation.site import ROBOT_ADDRESS, NetworkConditions, Site
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import PROCESSES, fingerprint
 from nao_hil.runs.supervisor import Child
+from tests.measure.site import ROBOT_ADDRESS, NetworkConditions, Site
 
 ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447#open"
 END_TIMEOUT: Final = 30.0

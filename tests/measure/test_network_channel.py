@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from nao_hil.network_emulation.site import QUEUE_SIZE, Channel
-from nao_hil.network_emulation.site import NetworkConditions as Conditions
+from tests.measure.site import QUEUE_SIZE, Channel
+from tests.measure.site import NetworkConditions as Conditions
 
 N = 20_000
 

@@ -19,10 +19,10 @@ from bridge.messages import Notice
 from bridge.recording.playback import read_recording
 from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
 from nao_hil.experiments.context import Context
-from nao_hil.network_emulation import NetworkConditions, Site
-from nao_hil.network_emulation.walks import Pair, options, walk_key
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.store import stored
+from tests.measure.network_walks import Pair, options, walk_key
+from tests.measure.site import NetworkConditions, Site
 
 STEPS: Final = {"static": 6, "dynamic": 30}
 """Of a walk, by gait; it lasts some 20 s."""

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from emulator.wear.ensemble import unknowns
-from nao_hil.experiments import sensitivity
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.sensitivity import (
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig
+from tests.measure import sensitivity
+from tests.measure.sensitivity import (
     FIGURES,
     LEVELS,
     elementary_effects,
@@ -19,8 +21,6 @@ from nao_hil.experiments.sensitivity import (
     sobol_indices,
     trajectory,
 )
-from nao_hil.runs.campaign import Campaign
-from nao_hil.runs.config import RunConfig
 
 NAMES = tuple(unknowns())
 

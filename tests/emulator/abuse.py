@@ -11,16 +11,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.faults import PowerLoss
 from bridge.messages.world import EndFault, Push, StandUp, StartFault
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
-from emulator.wear import WearProfile, load_wear
-from nao_hil.analysis.report.render import Claim, Outcome, yes_no
-from nao_hil.experiments.context import Context
+from emulator.wear import WearProfile
 
 ROUND: Final = 8.0
 """s from one stand to the next: commands for 5 s, limp for 3 s."""
@@ -146,30 +144,3 @@ def run(seconds: float, *, seed: int, body: Body, wear: WearProfile, engine: str
     """
     with EmulatedRobot(body, seed=seed, wear=wear, engine=engine) as robot:
         return AbuseRun(robot, np.random.default_rng(seed)).run(seconds)
-
-
-def experiment(context: Context) -> Outcome:
-    """A minute of abuse per seed, in a row."""
-    minutes, body = float(len(context.seeds)), load_body(context.robot)
-    wear = load_wear(context.wear, body)
-    found = run(60.0 * minutes, seed=context.seeds[0], body=body, wear=wear, engine=context.engine)
-    return context.outcome(
-        "abuse",
-        "Random commands, pushes and falls",
-        "Bounds of a physical body; no part of the thesis.",
-        setup=[("length", f"{minutes:g} min, {found['falls']} falls, seed {context.seeds[0]}")],
-        claims=[
-            Claim("Every number of every frame is finite", yes_no(found["finite"]), found["finite"]),
-            Claim(
-                f"No joint is more than {LARGEST_EXCESS:g} degree beyond its stop",
-                f"{found['stop_excess_deg']:.2f} deg ({found['stop_excess_joint']})",
-                found["stop_excess_deg"] <= LARGEST_EXCESS,
-            ),
-            Claim(
-                f"A limp robot gains no more than {LARGEST_RISE:g} J",
-                f"{found['energy_rise_j']:.4f} J",
-                found["energy_rise_j"] <= LARGEST_RISE,
-            ),
-        ],
-        figures=found,
-    )

@@ -1,7 +1,7 @@
 """Success of walks in real time over delay, jitter and loss of the network.
 
 Robot and walker run in two network namespaces; between them packets are delayed and dropped
-(`nao_hil.network_emulation`). The link is TCP: a lost packet is late, not missing, and holds up those behind
+(`tests.measure.site`). The link is TCP: a lost packet is late, not missing, and holds up those behind
 it.
 """
 
@@ -19,10 +19,10 @@ from nao_hil.analysis.statistics import Share
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.files import save_figure
-from nao_hil.network_emulation import NetworkConditions, Site
-from nao_hil.network_emulation.walks import NetworkWalk, Pair, options, walk_key
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.store import stored
+from tests.measure.network_walks import NetworkWalk, Pair, options, walk_key
+from tests.measure.site import NetworkConditions, Site
 
 STEPS: Final = {"omni": 16}
 """Of a walk, by gait; `FEW_STEPS` of the others."""
