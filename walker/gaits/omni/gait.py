@@ -360,7 +360,9 @@ class OmniGait:
         """
         p, (x, y, turn) = self._p, velocity
         (dx, dy), bound, most = feedback.velocity, p.max_heading_correction, p.max_velocity[2]
-        correction = min(max(-p.heading_gain * (feedback.heading + heading_correction) / p.T, -bound), bound)
+        # Wrapped after the sum: the correction adds up over a long walk, and the measured part jumps at pi.
+        error = math.remainder(feedback.heading + heading_correction, math.tau)
+        correction = min(max(-p.heading_gain * error / p.T, -bound), bound)
         corrected = p.clipped((x + dx, y + dy, turn))
         return corrected[0] - x, corrected[1] - y, min(max(turn + correction, -most), most) - turn
 
