@@ -22,7 +22,7 @@ from typing import Final, NamedTuple
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Side, Vec2, Vec3
-from walker.functions import LinearPendulum, quintic
+from walker.functions import LinearPendulum, smoothstep
 from walker.gaits.gait import GaitCommand
 from walker.gaits.omni.footholds import (
     bounded_capture_point,
@@ -393,7 +393,7 @@ class OmniGait:
         The drives follow a capture step back at their greatest speed; a slow start would cost time.
         """
         swung = self._swung(state)
-        return swung if state.backward else quintic(0.0, 1.0, 1.0, swung).position
+        return swung if state.backward else smoothstep(swung)
 
     def _swinging(self, state: OmniState) -> SolePose:
         """The sole in the air: (s (1 - s))^2 in height."""
