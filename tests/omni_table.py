@@ -22,6 +22,7 @@ import numpy as np
 from bridge.messages.world import PlaceBox
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
+from emulator.wear.ensemble import wear_of_seed
 from nao_hil.analysis.statistics import percent, wilson
 from nao_hil.experiments.get_up import get_up
 from nao_hil.experiments.velocity import heading_velocity
@@ -127,13 +128,12 @@ class Result(NamedTuple):
 
 def measure(cell: Cell, engine: str, seed: int) -> Result:
     """One walk, or one drop, of a cell."""
-    wear = f"ensemble:{seed % 32}" if cell.wear == "ensemble" else cell.wear
     config = RunConfig(
         robot=cell.robot,
         engine=engine,
         gait="omni",
         seed=seed,
-        wear=wear,
+        wear=wear_of_seed(cell.wear, seed),
         parameters=dict(zip(PARAMETERS, cell.velocity, strict=True)),
     )
     if cell.get_up:
