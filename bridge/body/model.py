@@ -114,6 +114,8 @@ class InertialUnit(_Sheet, frozen=True):
     """rad/s"""
     gyroscope_step: Positive
     """rad/s per count"""
+    gyroscope_bias: Positive = 0.01
+    """Standard deviation over robots of the rate that a gyroscope at rest reports, rad/s; default: an H25's."""
     angle_step: NotNegative = 0.0
     """Step of the fused angles, rad; 0: none."""
 

@@ -31,8 +31,12 @@ _MIN_LOAD_RATIO: Final = 0.2
 """Least load of the one foot over that of the other, of a robot on both."""
 _MIN_REST_TIME: Final = 0.2
 """s of rest before the bias is believed."""
-_MEAN_TIME: Final = 5.0
+_MEAN_TIME: Final = 20.0
 """s over which the bias is averaged, at most."""
+_SETTLING_TURN: Final = 0.002
+"""Turn that a robot at rest really makes, rad: a V6 that moves into its stand."""
+_OUTLIER: Final = 5.0
+"""Deviations beyond which a mean at rest is the bias of a gyroscope that the data sheet does not describe."""
 _HIP_YAW: Final = INDEX["LHipYawPitch"]
 
 
@@ -45,7 +49,10 @@ class GyroscopeHeading:
 
     def __init__(self, body: Body) -> None:
         assert body.inertial_unit.gyroscope_axes == 3
-        self._bias = self._heading = self._rest_time = self._mean_time = self._hip_yaw = 0.0
+        self._spread = body.inertial_unit.gyroscope_bias
+        self._bias = self._heading = self._rest_time = self._hip_yaw = 0.0
+        self._mean = self._mean_time = 0.0
+        """Rate at rest, rad/s, and the time over which it is averaged, s."""
         self._last: SensorFrame | None = None
 
     @staticmethod
@@ -79,7 +86,11 @@ class GyroscopeHeading:
         self._rest_time += dt
         if self._rest_time > _MIN_REST_TIME:
             self._mean_time = min(self._mean_time + dt, _MEAN_TIME)
-            self._bias += dt / self._mean_time * (rate - self._bias)
+            self._mean += dt / self._mean_time * (rate - self._mean)
+            # Less of a short rest counts: its settling would outweigh the bias of a calibrated gyroscope.
+            expected, error = self._spread**2, (_SETTLING_TURN / self._mean_time) ** 2
+            described = self._mean**2 < _OUTLIER**2 * (expected + error)
+            self._bias = self._mean * (expected / (expected + error) if described else 1.0)
 
 
 STANCE_LOAD: Final = 0.6

@@ -57,6 +57,14 @@ def test_spin_is_taken_back_and_leaves_a_steady_error(turn):
     assert free[-1] - free[-11] == pytest.approx(10 * spin, rel=1e-6)
 
 
+@pytest.mark.parametrize("spin_deg", [1.0, -1.0])
+def test_spin_is_taken_back_when_its_sum_passes_half_and_full_turns(spin_deg):
+    """The spins of 400 steps add up to more than a full circle; the heading rests where that of 40 steps does."""
+    spin = math.radians(spin_deg)
+    early, late = (sum(walked(0.0, spin, steps)[-8:]) / 8 for steps in (40, 400))
+    assert late == pytest.approx(early, rel=0.01)
+
+
 def test_the_fastest_turn_is_not_exceeded():
     fastest = P.max_velocity[2]
     heading, free = walked(fastest, -0.05), walked(fastest, -0.05, gain=0.0)

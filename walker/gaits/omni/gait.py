@@ -22,7 +22,7 @@ from typing import Final, NamedTuple
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Side, Vec2, Vec3
-from walker.functions import LinearPendulum, quintic
+from walker.functions import LinearPendulum, smoothstep
 from walker.gaits.gait import GaitCommand
 from walker.gaits.omni.footholds import (
     bounded_capture_point,
@@ -360,7 +360,9 @@ class OmniGait:
         """
         p, (x, y, turn) = self._p, velocity
         (dx, dy), bound, most = feedback.velocity, p.max_heading_correction, p.max_velocity[2]
-        correction = min(max(-p.heading_gain * (feedback.heading + heading_correction) / p.T, -bound), bound)
+        # Wrapped after the sum: the correction adds up over a long walk, and the measured part jumps at pi.
+        error = math.remainder(feedback.heading + heading_correction, math.tau)
+        correction = min(max(-p.heading_gain * error / p.T, -bound), bound)
         corrected = p.clipped((x + dx, y + dy, turn))
         return corrected[0] - x, corrected[1] - y, min(max(turn + correction, -most), most) - turn
 
@@ -391,7 +393,7 @@ class OmniGait:
         The drives follow a capture step back at their greatest speed; a slow start would cost time.
         """
         swung = self._swung(state)
-        return swung if state.backward else quintic(0.0, 1.0, 1.0, swung).position
+        return swung if state.backward else smoothstep(swung)
 
     def _swinging(self, state: OmniState) -> SolePose:
         """The sole in the air: (s (1 - s))^2 in height."""
