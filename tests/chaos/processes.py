@@ -14,6 +14,7 @@ from typing import Final
 import msgpack
 
 from nao_hil.runs.supervisor import Child
+from tests.processes import memory
 
 PACKET: Final = 896
 """bytes of a packet of LoLA."""
@@ -66,8 +67,7 @@ class Member:
         if not any(word in self.log for word in READY_WORDS):
             return
         with contextlib.suppress(OSError):
-            pages = Path(f"/proc/{self.child.pid}/statm").read_text().split()[1]
-            self.memory.append((time.monotonic(), int(pages) * 4096 / 1e6))
+            self.memory.append((time.monotonic(), memory(self.child.pid) / 1e6))
 
 
 class LolaProgram:
