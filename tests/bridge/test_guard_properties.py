@@ -19,7 +19,7 @@ from tests.frames import STANDING, standing_frame
 
 BODIES = {name: load_body(name) for name in ("nao-v3", "nao-v6")}
 ROUNDING = 1e-9
-# The vendor's motor pages of the V3.2 and the V6: motor speed without load in rpm, gear ratio, joints behind it.
+# The vendor's motor pages of the V3.2 and the V6: motor's no-load speed in rpm, gear ratio, joints behind it.
 MOTORS = {
     "nao-v3": (
         (8000.0, 201.3, "HipYawPitch HipRoll AnkleRoll"),
@@ -48,7 +48,6 @@ def no_load_speed(name: str, joint: str) -> float:
         if joint.removeprefix("L").removeprefix("R") in joints.split()
     ]
     return speed
-
 
 
 def sensors(

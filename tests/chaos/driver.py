@@ -45,7 +45,7 @@ EXCUSE: Final = 150.0
 LIMP: Final = 0.15
 """Stiffness of a robot that rests."""
 GROWTH: Final = 5.0
-"""MB that a process may grow from its first `SETTLED` s on, by the line through its looks: a reset makes a step."""
+"""MB that a process may grow after its first `SETTLED` s, by the line through its looks: a reset is a step."""
 HISTORY: Final = 20.0
 """MB of moments that a page keeps at most (`nao_hil/view/follow.py`), which fill in its first minutes."""
 SETTLED: Final = 30.0

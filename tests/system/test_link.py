@@ -157,7 +157,11 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
 
 def test_robots_on_one_link_do_not_hear_one_another() -> None:
     """Each controller is connected to the node of another robot than its own."""
-    names, places, end = ("anna", "bert", "carl"), [free_endpoint() for _ in range(3)], time.monotonic() + TIMEOUT
+    names, places, end = (
+        ("anna", "bert", "carl"),
+        [free_endpoint() for _ in range(3)],
+        time.monotonic() + TIMEOUT,
+    )
     with contextlib.ExitStack() as stack:
         robots = [
             stack.enter_context(RobotLink(info_of_robot(robot=name), place))

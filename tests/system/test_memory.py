@@ -1,4 +1,4 @@
-"""Memory of the processes of a walk, by the cycle: a leak too small for a short test to fail on shows in its slope."""
+"""Memory of the processes of a walk, by the cycle: the slope shows a leak of kilobytes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def test_no_process_of_a_walk_grows_by_half_a_kilobyte_a_cycle(
     with Monitor("nao", endpoint) as monitor:
 
         def sizes_at(cycle: int) -> tuple[int, dict[str, int]]:
-            until(lambda: monitor.connect() and monitor.sensors and monitor.sensors.seq >= cycle, f"cycle {cycle}")
+            until(
+                lambda: monitor.connect() and monitor.sensors and monitor.sensors.seq >= cycle, f"cycle {cycle}"
+            )
             assert monitor.sensors is not None
             return monitor.sensors.seq, {name: memory(one.process.pid) for name, one in commands.items()}
 
