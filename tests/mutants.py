@@ -33,8 +33,7 @@ NAMED_TEST: Final = re.compile(r"`(test_\w+)`")
 PATIENCE: Final = 30.0
 """s that `tests.loops.until` waits in the copy: there its condition mostly never comes true."""
 OUTCOMES: Final = ("killed", "survived", "stale", "broken", "skipped")
-"""The test failed; it passed; the file no longer has the text once; the test could not begin; the test is not for
-this machine."""
+"""The test failed; it passed; the file no longer has the text; the test could not begin; it is not for here."""
 _NOT_COPIED: Final = {".git", ".venv", "site", "runs", "build", "dist"}
 """Of the repository's root."""
 
@@ -171,7 +170,8 @@ def main() -> None:
     parser.add_argument("word", nargs="?", default="", help="only mutants with this word in file, test or text")
     parser.add_argument("--list", action="store_true", help="show promises, mutants and tests; run nothing")
     parser.add_argument("--sample", type=int, metavar="N", help="run N drawn ones that are not slow")
-    parser.add_argument("--seed", type=int, default=None, help="of the draw; default: another one each time")
+    today = int(time.time() // 86400)
+    parser.add_argument("--seed", type=int, default=today, help="of the sample; default: the day's")
     parser.add_argument("--json", action="store_true", help="the outcomes as one object")
     given = parser.parse_args()
     chosen = [mutant for mutant in mutants() if given.word in str(mutant)]
