@@ -48,8 +48,10 @@ GROWTH: Final = 5.0
 """MB that a process may grow after its first `SETTLED` s, by the line through its looks: a reset is a step."""
 HISTORY: Final = 20.0
 """MB of moments that a page keeps at most (`nao_hil/view/follow.py`), which fill in its first minutes."""
-SETTLED: Final = 30.0
-FEWEST_LOOKS: Final = 5
+SETTLED: Final = 20.0
+FEWEST_LOOKS: Final = 20
+MOST_LOOKS: Final = 500
+"""Through which the line is drawn, of all equally spread ones."""
 LOOK: Final = 0.5
 """s between two looks at robots and processes."""
 UNHEARD: Final = 10.0
@@ -285,6 +287,8 @@ class Chaos:
         while time.monotonic() < end:
             for number, monitor in enumerate(self._monitors):
                 self._look_at_robot(number, monitor)
+            for member in self._members:
+                member.look()
             time.sleep(min(LOOK, max(end - time.monotonic(), 0.0)))
 
     def _look_at_robot(self, number: int, monitor: Monitor) -> None:
@@ -309,7 +313,6 @@ class Chaos:
             if "Traceback" in member.log:
                 self._violate(f"{member.name} shows a traceback: {member.log[-300:]}")
             if member.child.running:
-                member.look()
                 continue
             outcome = member.child.end(0.0)
             # its output is on the disk that was full: the sentence may have found no room
@@ -346,7 +349,7 @@ class Chaos:
     def _note_growth(self, member: Member) -> None:
         looks = [(at, size) for at, size in member.memory if at - member.memory[0][0] > SETTLED]
         if len(looks) >= FEWEST_LOOKS:
-            times, sizes = zip(*looks, strict=True)
+            times, sizes = zip(*looks[:: 1 + len(looks) // MOST_LOOKS], strict=True)
             grown = float(theilslopes(sizes, times).slope) * (times[-1] - times[0])
             self._growth[member.name] = max(round(grown, 1), self._growth.get(member.name, -1e9))
             if grown > GROWTH + HISTORY * member.name.startswith("view"):

@@ -51,6 +51,7 @@ class Member:
         self.folder.mkdir(parents=True)
         self.child = Child(self.name, self._command(self.folder), self.folder)
         self.memory = []
+        self._ready = False
 
     @property
     def log(self) -> str:
@@ -64,10 +65,10 @@ class Member:
 
     def look(self) -> None:
         """Note its memory, once it has loaded: that takes minutes on a machine without time for it."""
-        if not any(word in self.log for word in READY_WORDS):
-            return
-        with contextlib.suppress(OSError):
-            self.memory.append((time.monotonic(), memory(self.child.pid) / 1e6))
+        self._ready = self._ready or any(word in self.log for word in READY_WORDS)
+        with contextlib.suppress(OSError, IndexError):  # it ended just now
+            if self._ready and self.child.running:
+                self.memory.append((time.monotonic(), memory(self.child.pid) / 1e6))
 
 
 class LolaProgram:
