@@ -45,7 +45,7 @@ EXCUSE: Final = 150.0
 LIMP: Final = 0.15
 """Stiffness of a robot that rests."""
 GROWTH: Final = 5.0
-"""MB that a process may grow after its first `SETTLED` s, by the line through its looks: a reset is a step."""
+"""MB that a process may grow after its first `SETTLED` s or reset, by the line through its looks."""
 HISTORY: Final = 20.0
 """MB of moments that a page keeps at most (`nao_hil/view/follow.py`), which fill in its first minutes."""
 SETTLED: Final = 20.0
@@ -226,6 +226,9 @@ class Chaos:
         self._seen[number] = 0.0
         with contextlib.suppress(NaoHilError), WorldClient(f"r{number}", self._endpoint(number)) as world:
             world.send(Reset(), 10.0)
+        # the old world, 1.2 MB, stays until a later collection of garbage: its memory is judged between resets
+        self._note_growth(self._members[number])
+        self._members[number].memory = []
         return f"robot {number}"
 
     def stop(self) -> str:
