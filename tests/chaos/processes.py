@@ -14,6 +14,7 @@ from typing import Final
 import msgpack
 
 from nao_hil.runs.supervisor import Child
+from tests.processes import memory
 
 PACKET: Final = 896
 """bytes of a packet of LoLA."""
@@ -50,6 +51,7 @@ class Member:
         self.folder.mkdir(parents=True)
         self.child = Child(self.name, self._command(self.folder), self.folder)
         self.memory = []
+        self._ready = False
 
     @property
     def log(self) -> str:
@@ -63,11 +65,10 @@ class Member:
 
     def look(self) -> None:
         """Note its memory, once it has loaded: that takes minutes on a machine without time for it."""
-        if not any(word in self.log for word in READY_WORDS):
-            return
-        with contextlib.suppress(OSError):
-            pages = Path(f"/proc/{self.child.pid}/statm").read_text().split()[1]
-            self.memory.append((time.monotonic(), int(pages) * 4096 / 1e6))
+        self._ready = self._ready or any(word in self.log for word in READY_WORDS)
+        with contextlib.suppress(OSError, IndexError):  # it ended just now
+            if self._ready and self.child.running:
+                self.memory.append((time.monotonic(), memory(self.child.pid) / 1e6))
 
 
 class LolaProgram:

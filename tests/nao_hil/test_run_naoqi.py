@@ -96,4 +96,5 @@ def test_without_qi_every_command_of_naoqi_says_where_there_is_a_package(
     (tmp_path / "program.py").write_text("print()")
     assert run(command.split()) == 3
     said = " ".join(capsys.readouterr().err.split())
+    assert "Traceback" not in said
     assert "the package qi is not installed for" in said and "Python 3.8 to 3.12 on Linux x86-64 only" in said

@@ -22,6 +22,8 @@ from bridge.link.session import MAX_MESSAGE_SIZE, open_client, open_robot, subsc
 from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, Notice, WalkTelemetry, decode, encode
 from tests.frames import info_of_robot, standing_frame, walk_telemetry
 from tests.loops import TIMEOUT, until
+from tests.one_link import one_link
+from tests.ports import free_endpoint
 
 ZEROS = (0.0,) * 25
 
@@ -151,6 +153,46 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
     ):
         walker.status()
     assert time.monotonic() - began < 5.0
+
+
+def test_robots_on_one_link_do_not_hear_one_another() -> None:
+    """Each controller is connected to the node of another robot than its own."""
+    names, places, end = (
+        ("anna", "bert", "carl"),
+        [free_endpoint() for _ in range(3)],
+        time.monotonic() + TIMEOUT,
+    )
+    with contextlib.ExitStack() as stack:
+        robots = [
+            stack.enter_context(RobotLink(info_of_robot(robot=name), place))
+            for name, place in zip(names, places, strict=True)
+        ]
+        stack.enter_context(contextlib.closing(one_link(places)))
+        controllers = [
+            stack.enter_context(ControllerLink(name, place, f"of-{name}"))
+            for name, place in zip(names, places[1:] + places[:1], strict=True)
+        ]
+        for controller, robot in zip(controllers, robots, strict=True):
+            info = controller.wait_robot(stop=lambda: time.monotonic() > end)
+            assert info == robot.info
+            controller.acquire()
+        for number, (controller, robot) in enumerate(zip(controllers, robots, strict=True)):
+            for _ in range(10):
+                controller.publish(walk_telemetry(number))
+                controller.send(command(number))
+                robot.publish(standing_frame(number))
+            robot.notice("last", f"Of robot {number}.")
+        for number, (controller, robot) in enumerate(zip(controllers, robots, strict=True)):
+            assert robot.holder is not None and robot.holder.name == controller.name
+            assert gather(controller, {"last"})["last"].text == f"Of robot {number}."
+            frames = [controller.next(TIMEOUT) for _ in range(10)]
+            assert [frame.seq for frame in frames if frame is not None] == [number] * 10
+            commands: list[ActuatorFrame] = []
+            until(lambda of=robot, to=commands: to.extend(of.commands()) or len(to) >= 10, "the commands")
+            assert [given.reply_to for given in commands] == [number] * 10
+            assert [said.seq for said in robot.telemetry()] == [number] * 10
+        assert [robot.refused for robot in robots] == [0, 0, 0]
+        assert [link.latest(0.1) for link in controllers] == [None, None, None]
 
 
 def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
