@@ -1,9 +1,9 @@
-"""A held robot stays with its holder: on an open link and among certificates of one role, against who heard all."""
+"""A held robot stays with its holder: on an open link and among certificates of one role."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
