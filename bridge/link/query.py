@@ -64,9 +64,8 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes, bytes
                 )
                 return
             try:
-                reply = answer(
-                    *(part.to_bytes() if part else b"" for part in (query.payload, query.attachment))
-                )
+                parts = (part.to_bytes() if part else b"" for part in (query.payload, query.attachment))
+                reply = answer(*parts)
             except NaoHilError as error:
                 query.reply_err(str(error).encode())
             except Exception as error:  # one query's fault must neither hang its sender nor end the thread

@@ -249,7 +249,9 @@ class RobotLink(Closing):
             return encode(self.leases.status())
         seal = self.leases.seal(request.key)
         if not seal.opens(self._key(keys.LEASE), payload, attachment):
-            raise self._refusal(f"A request to {request.op} the lease whose seal is not right or was used")
+            raise LeaseRefused(
+                f"The request to {request.op} was refused: its seal is not of its key, or not a new one."
+            )
         if request.op == "acquire":
             reply = self.leases.acquire(request.controller, seal, time.monotonic(), direct=request.direct)
             if reply.granted:
@@ -262,9 +264,8 @@ class RobotLink(Closing):
         if sample.kind != zenoh.SampleKind.DELETE:
             return
         name, _, public = str(sample.key_expr).rpartition("/")[2].rpartition(".")
-        if (
-            self.leases.on_token_lost(public) and not self._session.is_closed()
-        ):  # a session that closes loses every token
+        ended = self.leases.on_token_lost(public)
+        if ended and not self._session.is_closed():  # a session that closes loses every token
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 
     def close(self) -> None:
