@@ -18,6 +18,7 @@ from bridge.guard import Guard
 from bridge.host import RobotHost
 from bridge.link import RobotLink
 from bridge.messages import ActuatorFrame, Notice
+from bridge.messages.dcm import COMMANDS
 from bridge.messages.world import WORLD_COMMAND
 from bridge.recording.observer import Observer
 from emulator.queries import DcmQueries, WorldQueries
@@ -65,7 +66,7 @@ class RobotProcess:
         self._world = WorldQueries(robot, self._events, guard)
         link.serve(WORLD_COMMAND, self._world.answer)
         for suffix, answer in DcmQueries(robot, self._commands, self._require).handlers().items():
-            link.serve(suffix, answer)
+            link.serve(suffix, answer, sealed=suffix in COMMANDS)
         link.announce()
 
     @property

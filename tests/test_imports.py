@@ -23,7 +23,7 @@ for name in ("nao-v3", "nao-v6"):  # cycles of 10 and 12 ms
 """
 HELP = "from nao_hil.cli.main import run; run(['--help'])"
 OF_ONE_COMMAND = "mujoco numba matplotlib websockets qi optuna control cryptography walker.gaits"
-EXTRAS = ["pybullet", "mujoco", "numba", "control", "matplotlib", "psutil", "jinja2", "cryptography"]
+EXTRAS = ["pybullet", "mujoco", "numba", "control", "matplotlib", "psutil", "jinja2"]
 EXTRAS += ["qi", "optuna", "websockets"]
 WITHOUT = f"""
 import sys

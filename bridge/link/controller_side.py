@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import secrets
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final, Literal
 
 import msgspec
@@ -17,6 +17,7 @@ from bridge.link import keys
 from bridge.link.certificates import check_certificates
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask, serve_query
+from bridge.link.seal import KeyPair, Seal
 from bridge.link.session import check_endpoint, declare_publishers, other_robots, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
@@ -71,7 +72,8 @@ class ControllerLink(Closing):
         """Number of the lease; 0: none is held."""
         self._asked = False
         """The robot may have granted the lease."""
-        self._ticket = secrets.randbits(63)
+        self._keys = KeyPair()
+        self._seal: Seal | None = None
         self._alive = threading.Event()
         self._sensors: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
         self._notices: Mailbox[bytes] = Mailbox(_QUEUE_SIZE)
@@ -113,11 +115,12 @@ class ControllerLink(Closing):
             key(keys.ALIVE_ROBOT), self._on_robot, history=True
         )
         self._queryables = [
-            serve_query(session, key(suffix), answer) for suffix, answer in self._served.items()
+            serve_query(session, key(suffix), partial(_answer, answer))
+            for suffix, answer in self._served.items()
         ]
 
     def _declare_token(self, session: zenoh.Session) -> None:
-        suffix = keys.alive_controller(self.name, self._ticket)
+        suffix = keys.alive_controller(self.name, self._keys.public)
         self._token = session.liveliness().declare_token(self._key(suffix))
 
     def _key(self, suffix: str) -> str:
@@ -174,6 +177,11 @@ class ControllerLink(Closing):
             RobotSilent: no answer.
             LinkError: the robot's reason for an error reply.
         """
+        reply = self._ask("status")
+        if not reply.key:
+            raise LeaseRefused(reply.message)
+        if self._seal is None or self._seal.peer != reply.key:  # the first time, or the robot was restarted
+            self._seal = self._keys.seal(reply.key)
         self._sensors.drain()
         self._asked = True
         reply = self._ask("acquire")
@@ -194,12 +202,12 @@ class ControllerLink(Closing):
         self.lease = 0
         if self._session is not None and self._asked:
             self._token.undeclare()
-            self._ticket = secrets.randbits(63)
+            self._keys, self._seal = KeyPair(), None
             self._declare_token(self._session)
             self._asked = False
 
     def _ask(self, op: Literal["acquire", "release", "status"]) -> LeaseReply:
-        request = LeaseRequest(op=op, controller=self.name, ticket=self._ticket, direct=self._direct)
+        request = LeaseRequest(op=op, controller=self.name, key=self._keys.public, direct=self._direct)
         return decode(self.query(keys.LEASE, encode(request)), LeaseReply)
 
     def query(self, suffix: str, payload: bytes = b"") -> bytes:
@@ -217,7 +225,7 @@ class ControllerLink(Closing):
     def _get(self, suffix: str, payload: bytes) -> bytes | None:
         if self._session is None:
             return None
-        return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError)
+        return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError, self._seal)
 
     def next(self, timeout: float) -> SensorFrame | None:
         """The next sensor frame in order; None after `timeout` s or without the robot.
@@ -244,8 +252,12 @@ class ControllerLink(Closing):
         self._sensors.wake()
 
     def send(self, frame: ActuatorFrame) -> None:
-        """Publish an actuator frame with the lease and the present wall clock; `wait_robot` comes first."""
-        self.publish(msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns()))
+        """Publish an actuator frame with lease, seal and present wall clock; `acquire` comes first."""
+        payload = encode(msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns()))
+        if self._session is not None and self._seal is not None:
+            put = self._publishers[ActuatorFrame].put
+            key = keys.topic_key(self.robot, ActuatorFrame)
+            self._seal.send(key, payload, lambda attachment: put(payload, attachment=attachment))
 
     def publish(self, message: Message) -> None:
         """Publish a message of one of a controller's `TOPICS`; nothing happens without a connection."""
@@ -275,3 +287,8 @@ class ControllerLink(Closing):
         """Leave the network; the token disappears, and with it the lease."""
         if self._session is not None:
             self._session.close()
+
+
+def _answer(answer: Callable[[bytes], bytes], payload: bytes, _: bytes) -> bytes:
+    """Answer of a query that takes no seal."""
+    return answer(payload)

@@ -48,6 +48,6 @@ def topic_key(robot: str, kind: type[Any]) -> str:
     return key(robot, TOPICS[kind].suffix)
 
 
-def alive_controller(name: str, ticket: int) -> str:
-    """Suffix of a controller's liveliness token; the ticket distinguishes two of the same name."""
-    return f"alive/controller/{name}.{ticket:016x}"
+def alive_controller(name: str, public: str) -> str:
+    """Suffix of a controller's liveliness token; its public key distinguishes two of the same name."""
+    return f"alive/controller/{name}.{public}"

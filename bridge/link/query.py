@@ -10,6 +10,7 @@ from typing import Any, Final
 import zenoh
 
 from bridge.errors import NaoHilError
+from bridge.link.seal import Seal
 
 
 class RateLimit:
@@ -40,13 +41,14 @@ QUERY_RATE: Final = 1000.0
 logger = logging.getLogger(__name__)
 
 
-def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], bytes]) -> Any:
+def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes, bytes], bytes]) -> Any:
     """Answer queries on a key; an error of `answer` becomes an error reply with one sentence.
 
     Args:
         session: of the side that answers.
         key: whole.
-        answer: called in a thread of its own with the query's payload (empty when there is none).
+        answer: called in a thread of its own with the query's payload and its attachment (empty when there
+            is none).
 
     Returns:
         The queryable; keep it for as long as queries are to be answered.
@@ -62,7 +64,8 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
                 )
                 return
             try:
-                reply = answer(query.payload.to_bytes() if query.payload else b"")
+                parts = (part.to_bytes() if part else b"" for part in (query.payload, query.attachment))
+                reply = answer(*parts)
             except NaoHilError as error:
                 query.reply_err(str(error).encode())
             except Exception as error:  # one query's fault must neither hang its sender nor end the thread
@@ -75,7 +78,12 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
 
 
 def ask(
-    session: zenoh.Session, key: str, payload: bytes, timeout: float, refused: type[NaoHilError]
+    session: zenoh.Session,
+    key: str,
+    payload: bytes,
+    timeout: float,
+    refused: type[NaoHilError],
+    seal: Seal | None = None,
 ) -> bytes | None:
     """The first answer to a query; None: no answer.
 
@@ -85,11 +93,16 @@ def ask(
         payload: of the query.
         timeout: s to wait.
         refused: raised with the sentence of an error reply.
+        seal: the query is sealed with.
 
     Raises:
         NaoHilError: `refused`.
     """
-    for reply in session.get(key, payload=payload, timeout=timeout):
+
+    def send(attachment: bytes | None) -> Any:
+        return session.get(key, payload=payload, timeout=timeout, attachment=attachment)
+
+    for reply in send(None) if seal is None else seal.send(key, payload, send):
         if reply.ok is not None:
             return bytes(reply.ok.payload.to_bytes())
         if reply.err is not None:

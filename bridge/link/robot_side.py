@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import msgspec
 import zenoh
+from zenoh.handlers import Callback
 
 from bridge.errors import FrameError, LeaseRefused
 from bridge.link import keys
@@ -86,17 +87,20 @@ class RobotLink(Closing):
         self._subscribers = [
             subscribe(session, keys.topic_key(self.info.robot, kind), callback)
             for kind, callback in (
-                (ActuatorFrame, self._on_actuators),
                 (WalkTelemetry, self._telemetry.put),
                 (LedFrame, self._leds.put),
             )
         ]
+        self._actuators_key = keys.topic_key(self.info.robot, ActuatorFrame)
+        self._subscribers.append(
+            session.declare_subscriber(self._actuators_key, Callback(self._on_actuators, indirect=False))
+        )
         self._tokens = session.liveliness().declare_subscriber(
             key(keys.ALIVE_CONTROLLERS), self._on_token, history=True
         )
         self._queryables: list[Any] = []
         self.serve(keys.INFO, lambda _: encode(self.info))
-        self.serve(keys.LEASE, self._on_lease)
+        self._queryables.append(serve_query(session, key(keys.LEASE), self._on_lease))
 
     def announce(self) -> None:
         """Declare the robot's liveliness token, once, after all its queries are served."""
@@ -170,11 +174,23 @@ class RobotLink(Closing):
         Raises:
             LeaseRefused: names the command and the holder.
         """
-        if self.leases.keepalive(lease, time.monotonic()):
-            return
+        if not self.leases.keepalive(lease, time.monotonic()):
+            raise self._refusal(command)
+
+    def _require_seal(self, key: str, payload: bytes, attachment: bytes, command: str) -> None:
+        """Refuse a message that the holder did not seal, or a second copy of one.
+
+        Raises:
+            LeaseRefused: names the command and the holder.
+        """
+        holder = self.leases.holder
+        if holder is None or not holder.seal.opens(key, payload, attachment):
+            raise self._refusal(command)
+
+    def _refusal(self, command: str) -> LeaseRefused:
         holder = self.leases.holder
         who = f"controller `{holder.name}` holds the robot" if holder else "no controller holds the robot"
-        raise LeaseRefused(f"{command} with lease {lease} was refused: {who}; ask for the lease.")
+        return LeaseRefused(f"{command} without the lease was refused: {who}; ask for the lease.")
 
     def refuse(self, code: str, text: str) -> None:
         """Count a rejected actuator frame; the next notice gives its sender the reason."""
@@ -189,16 +205,25 @@ class RobotLink(Closing):
         for code, text in complaints.items():
             self.notice(code, text)
 
-    def serve(self, suffix: str, answer: Callable[[bytes], bytes]) -> None:
+    def serve(self, suffix: str, answer: Callable[[bytes], bytes], *, sealed: bool = False) -> None:
         """Answer queries on `suffix`; an error of `answer` becomes an error reply with one sentence.
 
         Args:
             suffix: key below the robot's.
             answer: called in a thread of its own with the query's payload (empty when there is none).
+            sealed: the holder of the lease only may ask.
         """
-        self._queryables.append(serve_query(self._session, self._key(suffix), answer))
+        key = self._key(suffix)
 
-    def _on_actuators(self, payload: bytes) -> None:
+        def checked(payload: bytes, attachment: bytes) -> bytes:
+            if sealed:
+                self._require_seal(key, payload, attachment, f"A `{suffix}` command")
+            return answer(payload)
+
+        self._queryables.append(serve_query(self._session, key, checked))
+
+    def _on_actuators(self, sample: zenoh.Sample) -> None:
+        payload, attachment = sample.payload.to_bytes(), sample.attachment
         if not self._rate.admits(time.monotonic()):
             self.refuse(
                 "flood", f"Actuator frames come faster than {MAX_RATE:g} per second; the rest is dropped."
@@ -210,34 +235,36 @@ class RobotLink(Closing):
             self.refuse("frame-refused", str(error))
             return
         try:
+            seal = attachment.to_bytes() if attachment else b""
+            self._require_seal(self._actuators_key, payload, seal, "An actuator frame")
             self.require_lease(frame.lease, "An actuator frame")
         except LeaseRefused as error:
             self.refuse("no-lease", str(error))
             return
         self._actuators.put(frame)
 
-    def _on_lease(self, payload: bytes) -> bytes:
+    def _on_lease(self, payload: bytes, attachment: bytes) -> bytes:
         request = decode(payload, LeaseRequest)
-        if request.op == "acquire":
-            reply = self.leases.acquire(
-                request.controller, request.ticket, time.monotonic(), direct=request.direct
+        if request.op == "status":
+            return encode(self.leases.status())
+        seal = self.leases.seal(request.key)
+        if not seal.opens(self._key(keys.LEASE), payload, attachment):
+            raise LeaseRefused(
+                f"The request to {request.op} was refused: its seal is not of its key, or not a new one."
             )
+        if request.op == "acquire":
+            reply = self.leases.acquire(request.controller, seal, time.monotonic(), direct=request.direct)
             if reply.granted:
                 self._actuators.wake()
-        elif request.op == "release":
-            reply = self.leases.release(request.ticket)
         else:
-            reply = self.leases.status()
+            reply = self.leases.release(seal)
         return encode(reply)
 
     def _on_token(self, sample: zenoh.Sample) -> None:
         if sample.kind != zenoh.SampleKind.DELETE:
             return
-        name, _, ticket = str(sample.key_expr).rpartition("/")[2].rpartition(".")
-        try:
-            ended = self.leases.on_token_lost(int(ticket, 16))
-        except ValueError:
-            return  # a token of another program
+        name, _, public = str(sample.key_expr).rpartition("/")[2].rpartition(".")
+        ended = self.leases.on_token_lost(public)
         if ended and not self._session.is_closed():  # a session that closes loses every token
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 

@@ -23,6 +23,9 @@ PREFERENCES: Final = "dcm/preferences"
 SPECIAL: Final = "dcm/special"
 CALIBRATION: Final = "dcm/calibration"
 
+COMMANDS: Final = (CREATE_ALIAS, SET, SET_ALIAS)
+"""Those that need the lease."""
+
 PREFIX: Final = "Device/SubDeviceList/"
 """Root of all actuator and sensor names; every name may be given with or without it."""
 

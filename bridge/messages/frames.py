@@ -13,7 +13,7 @@ from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.types import MAX_INT, Count, Finite, Vec2, Vec3
 from bridge.validation import unknown_name
 
-SCHEMA_VERSION: Final = 2
+SCHEMA_VERSION: Final = 3
 """Version of every message; a receiver refuses a version it does not know."""
 
 MAX_PAYLOAD: Final = 65536

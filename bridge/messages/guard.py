@@ -20,6 +20,9 @@ Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
 
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 
+PublicKey = Annotated[str, msgspec.Meta(pattern=r"^([0-9a-f]{64})?(?!\n)$")]
+"""X25519 key (RFC 7748) in hexadecimal; empty: none."""
+
 
 class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
     """State of the robot by its own report: published (key `guard`); reply of `guard`, `stop` and `arm`."""
@@ -68,9 +71,8 @@ class LeaseRequest(msgspec.Struct, frozen=True, kw_only=True):
     op: Literal["acquire", "release", "status"]
     controller: Name
     """Name of the controller, also in its liveliness token."""
-    ticket: Count = 0
-    """Random number of the controller's start, also in its liveliness token, in hexadecimal: it distinguishes
-    two controllers of the same name."""
+    key: PublicKey = ""
+    """The controller's, also in its liveliness token: it distinguishes two controllers of the same name."""
     direct: bool = False
     """The controller serves another robot's protocol (LoLA, NAOqi): an emulated robot takes its commands as
     that robot does, without an approach, a limit of the speed or a reaction to falls. A real one ignores it."""
@@ -86,3 +88,5 @@ class LeaseReply(msgspec.Struct, frozen=True, kw_only=True):
     holder: str
     """Name of the controller that holds the lease now; empty when none does."""
     message: str
+    key: PublicKey = ""
+    """The robot's, of this start; empty: it gives no lease."""

@@ -36,12 +36,8 @@ def keys(
 
     Example: nao-hil keys keys --host robot.local --days 90
     """
-    try:
-        from nao_hil.certificates import Keys
-    except ModuleNotFoundError as error:
-        raise ConfigurationError(
-            f"`nao-hil keys` needs the package {error.name}; pip install 'nao-hil[keys]' brings it."
-        ) from None
+    from nao_hil.certificates import Keys
+
     if days <= 0.0:
         raise ConfigurationError("--days must be over 0: a certificate is good for some time.")
     for name in role or ():

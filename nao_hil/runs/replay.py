@@ -61,13 +61,13 @@ class Replay:
         key = {topic: keys.key(robot, topic) for topic in RECORDED.values()}
         self._publishers = {topic: self._session.declare_publisher(name) for topic, name in key.items()}
         self._queries: list[Any] = [
-            serve_query(self._session, keys.key(robot, keys.INFO), lambda _: encode(self.info)),
+            serve_query(self._session, keys.key(robot, keys.INFO), lambda *_: encode(self.info)),
             serve_query(self._session, keys.key(robot, keys.LEASE), self._refuse),
         ]
         self._alive = self._session.liveliness().declare_token(keys.key(robot, keys.ALIVE_ROBOT))
 
     @staticmethod
-    def _refuse(payload: bytes) -> bytes:
+    def _refuse(payload: bytes, _: bytes) -> bytes:
         decode(payload, LeaseRequest)
         return encode(LeaseReply(granted=False, lease=0, holder="", message=_NO))
 

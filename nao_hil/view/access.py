@@ -19,7 +19,6 @@ from ipaddress import ip_address
 from typing import Final
 from urllib.parse import parse_qs, urlsplit
 
-from bridge.errors import ConfigurationError
 from bridge.link.session import is_loopback
 
 COOKIE: Final = "nao-hil-page"
@@ -47,17 +46,12 @@ def open_door(host: str) -> Door:
     """The access checks of a page that listens at `host`.
 
     Raises:
-        ConfigurationError: TLS needs a package that is not installed.
+        ConfigurationError: it is neither a name nor an address.
     """
     if is_loopback(host):
         return Door(Access())
-    try:
-        from nao_hil.certificates import server_of_today
-    except ModuleNotFoundError as error:
-        raise ConfigurationError(
-            f"A page beyond loopback is served over TLS, which needs the package {error.name}; "
-            "pip install 'nao-hil[view]' brings it."
-        ) from None
+    from nao_hil.certificates import server_of_today
+
     own = socket.gethostname()
     tls, fingerprint = server_of_today([own] if _is_any(host) else [own, host])
     return Door(Access(secrets.token_urlsafe(24), tls=True), tls, fingerprint)

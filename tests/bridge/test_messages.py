@@ -87,7 +87,10 @@ MESSAGE = st.one_of(
         software=TEXT,
     ),
     st.builds(
-        LeaseRequest, op=st.sampled_from(["acquire", "release", "status"]), controller=NAME, ticket=COUNT
+        LeaseRequest,
+        op=st.sampled_from(["acquire", "release", "status"]),
+        controller=NAME,
+        key=st.from_regex(r"([0-9a-f]{64})?", fullmatch=True),
     ),
     st.builds(LeaseReply, granted=st.booleans(), lease=COUNT, holder=TEXT, message=TEXT),
     st.builds(Notice, seq=COUNT, level=TEXT, code=TEXT, text=TEXT),

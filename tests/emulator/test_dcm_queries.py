@@ -57,7 +57,7 @@ class Bench:
             raise LeaseRefused(f"{what} was refused: `walker` holds the robot.")
 
     def ask(self, key: str, **fields: Any) -> Any:
-        payload = msgspec.msgpack.encode({"version": 2, **fields})
+        payload = msgspec.msgpack.encode({"version": 3, **fields})
         return decode(self.handlers[key](payload), wire.DcmReply).result
 
     def command(self, key: str, command: Any, lease: int = LEASE) -> Any:

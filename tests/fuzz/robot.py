@@ -74,12 +74,14 @@ QUERIES: Final = (
     *("dcm/set", "dcm/setAlias", "dcm/createAlias", "dcm/getTime", "dcm/getPrefix"),
 )
 FIELDS: Final = (
-    *("version", "op", "controller", "ticket", "lease", "reply_to", "position", "stiffness", "command", "how"),
+    *("version", "op", "controller", "key", "lease", "reply_to", "position", "stiffness", "command", "how"),
     *("who", "velocity", "steps", "target", "name", "value", "at", "force", "object", "time"),
 )
+KEY: Final = "09" + 62 * "0"
+"""Of a controller; its private key is not known to the fuzzer."""
 LEASES: Final = (
-    LeaseRequest(op="acquire", controller="fuzz", ticket=1),
-    LeaseRequest(op="release", controller="fuzz", ticket=1),
+    LeaseRequest(op="acquire", controller="fuzz", key=KEY),
+    LeaseRequest(op="release", controller="fuzz", key=KEY),
     LeaseRequest(op="status", controller="fuzz"),
 )
 FORMATS: Final = ("naoqi", "lola", "link", "ros")

@@ -1,4 +1,4 @@
-"""A controller written from docs/protocol.md alone: Zenoh, a msgpack of its own, and nothing of this project.
+"""A controller from docs/protocol.md alone: Zenoh, X25519, a msgpack of its own, nothing of this project.
 
     python protocol_controller.py ENDPOINT ROBOT_ID CYCLES
 
@@ -7,16 +7,18 @@ Holds the robot as it stands and swings its head for that many cycles, then prin
 
 from __future__ import annotations
 
+import hashlib
+import hmac
 import json
 import math
 import queue
-import secrets
 import struct
 import sys
 import time
 from typing import Any
 
 import zenoh
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X25519PublicKey
 
 
 def pack(value: Any) -> bytes:
@@ -104,8 +106,25 @@ def connect(endpoint: str) -> zenoh.Session:
     return zenoh.open(config)
 
 
-def ask(session: zenoh.Session, key: str, payload: bytes = b"") -> Any:
-    for reply in session.get(key, payload=payload, timeout=2.0):
+def shared_secret(private: X25519PrivateKey, other: str) -> bytes:
+    """Secret shared with the owner of a public key in hexadecimal."""
+    return hashlib.sha256(private.exchange(X25519PublicKey.from_public_bytes(bytes.fromhex(other)))).digest()
+
+
+class Sealer:
+    """Attachments of sealed messages."""
+
+    def __init__(self, secret: bytes) -> None:
+        self.secret, self.count = secret, 0
+
+    def __call__(self, key: str, payload: bytes) -> bytes:
+        self.count += 1
+        count = struct.pack(">Q", self.count)
+        return count + hmac.new(self.secret, count + key.encode() + payload, hashlib.sha256).digest()
+
+
+def ask(session: zenoh.Session, key: str, payload: bytes = b"", attachment: bytes | None = None) -> Any:
+    for reply in session.get(key, payload=payload, attachment=attachment, timeout=2.0):
         if reply.ok is not None:
             return unpack(reply.ok.payload.to_bytes())
         raise SystemExit(f"{key}: {reply.err.payload.to_bytes().decode()}")
@@ -127,10 +146,17 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
     )
     actuators = session.declare_publisher(f"{root}/actuators")
     info = ask(session, f"{root}/info")
-    ticket = secrets.randbits(63)
-    token = session.liveliness().declare_token(f"{root}/alive/controller/stranger.{ticket:016x}")
-    request = {"version": 2, "op": "acquire", "controller": "stranger", "ticket": ticket}
-    lease = ask(session, f"{root}/lease", pack(request))
+    private = X25519PrivateKey.generate()
+    request = {"version": 3, "controller": "stranger", "key": private.public_key().public_bytes_raw().hex()}
+    token = session.liveliness().declare_token(f"{root}/alive/controller/stranger.{request['key']}")
+    robot = ask(session, f"{root}/lease", pack(request | {"op": "status"}))["key"]
+    seal = Sealer(shared_secret(private, robot))
+
+    def sealed_request(op: str) -> Any:
+        payload = pack(request | {"op": op})
+        return ask(session, f"{root}/lease", payload, seal(f"{root}/lease", payload))
+
+    lease = sealed_request("acquire")
     if not lease["granted"]:
         raise SystemExit(lease["message"])
 
@@ -151,19 +177,18 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
         heads.append(frame["position"][0])
         wanted = list(first["position"])
         wanted[0] = 0.3 * math.sin(2.0 * math.pi * (seen - first["seq"]) * info["cycle"])
-        actuators.put(
-            pack(
-                {
-                    "version": 2,
-                    "reply_to": seen,
-                    "lease": lease["lease"],
-                    "position": wanted,
-                    "stiffness": [1.0] * 25,
-                    "wall": time.time_ns(),
-                }
-            )
+        answer = pack(
+            {
+                "version": 3,
+                "reply_to": seen,
+                "lease": lease["lease"],
+                "position": wanted,
+                "stiffness": [1.0] * 25,
+                "wall": time.time_ns(),
+            }
         )
-    ask(session, f"{root}/lease", pack(request | {"op": "release"}))
+        actuators.put(answer, attachment=seal(f"{root}/actuators", answer))
+    sealed_request("release")
     token.undeclare()
     sensors.undeclare()
     return {

@@ -63,7 +63,7 @@ def controller(endpoint: str, name: str = "program", lease: bool = True) -> Iter
 
 
 def ask(link: ControllerLink, key: str, **fields: Any) -> Any:
-    payload = msgspec.msgpack.encode({"version": 2, **fields})
+    payload = msgspec.msgpack.encode({"version": 3, **fields})
     return decode(link.query(key, payload), wire.DcmReply).result
 
 

@@ -59,7 +59,9 @@ class Walker:
 def walker(endpoint: str) -> Iterator[Walker]:
     walker = Walker()
     session = open_robot(endpoint)
-    queryable = serve_query(session, keys.key("driven", WALK_COMMAND), walker.answer)
+    queryable = serve_query(
+        session, keys.key("driven", WALK_COMMAND), lambda payload, _: walker.answer(payload)
+    )
     yield walker
     queryable.undeclare()
     session.close()

@@ -7,14 +7,17 @@ import math
 import re
 import types
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
 import pytest
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 
 from bridge import guard, messages
 from bridge.body import load_body
+from bridge.link.seal import Seal
 from bridge.messages import frames, walk
 from emulator.robot import EmulatedRobot
 from tests.loops import until
@@ -66,7 +69,7 @@ def documented(kind: str) -> dict[str, tuple[str, str]]:
         for kind, _, default in [row[1].partition(" = ")]
         for name in re.findall(r"`(\w+)`", row[0])
     }
-    return fields | {"version": ("int", "2")}
+    return fields | {"version": ("int", "3")}
 
 
 def in_words(hint: Any) -> str:
@@ -126,6 +129,21 @@ def test_the_signs_are_those_of_the_emulated_robot(row: list[str]) -> None:
 
 def stranger() -> Any:
     return module_of(SCRIPT)
+
+
+def test_the_seal_printed_is_that_of_both_sides() -> None:
+    (values,) = re.findall(r"```json\n(.*?)```", section("### Example seal"), re.DOTALL)
+    example = {name: bytes.fromhex(value) for name, value in json.loads(values).items()}
+    (request,) = re.findall(r"```hex\n(.*?)```", section("### Example LeaseRequest"), re.DOTALL)
+    payload, key = bytes.fromhex(request), "nao/nao/lease"
+    private = X25519PrivateKey.from_private_bytes(example["private"])
+    secret = stranger().shared_secret(private, example["robot"].hex())
+    assert secret == example["secret"]
+    assert stranger().Sealer(secret)(key, payload) == example["attachment"]
+    assert Seal("stranger", secret, count(1)).opens(key, payload, example["attachment"])
+    assert Seal("robot", secret, count(1)).send(key, payload, bytes) == example["attachment"]
+    own = private.public_key().public_bytes_raw().hex()
+    assert msgspec.msgpack.decode(payload)["key"] == own
 
 
 @pytest.mark.parametrize("kind", ["LeaseRequest", "LeaseReply", "ActuatorFrame", "SensorFrame"])

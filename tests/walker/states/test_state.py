@@ -64,6 +64,6 @@ def test_a_robot_that_fell_has_its_own_angles() -> None:
     ],
 )
 def test_a_wrong_order_is_refused(changes: dict[str, Any], fault: str) -> None:
-    wrong = {"version": 2, "joints": ["HeadYaw"], "position": [0.0], "stiffness": [1.0]} | changes
+    wrong = {"version": 3, "joints": ["HeadYaw"], "position": [0.0], "stiffness": [1.0]} | changes
     with pytest.raises(FrameError, match=fault):
         decode(encode(wrong), UpperBody)  # type: ignore[type-var]

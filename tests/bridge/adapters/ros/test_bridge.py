@@ -56,7 +56,7 @@ class Bridged:
         session: Any = until(lambda: try_client(self.endpoint, timestamps=True), "the robot")
         return session
 
-    def _command(self, payload: bytes) -> bytes:
+    def _command(self, payload: bytes, _: bytes) -> bytes:
         self.commands.append(decode(payload, WalkCommand))
         return encode(walk_status(gait="omni"))
 
