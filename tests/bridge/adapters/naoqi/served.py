@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from threading import RLock
 from types import SimpleNamespace
 from typing import Any
@@ -49,6 +50,7 @@ class Robot:
         body: str = "nao-v5",
         walks: dict[str, Callable[..., Any]] | None = None,
         feed: CameraFeed | None = None,
+        home: Path = Path("/nonexistent"),
     ) -> None:
         self.frame = frame
         self.events: list[tuple[str, Any]] = []
@@ -61,6 +63,7 @@ class Robot:
             lambda: None,
             self.count,
             lambda event, value, callbacks: self.events.append((event, value)),
+            home,
             feed,
         )
 
