@@ -434,7 +434,7 @@ def test_a_program_writes_below_the_robot_s_home_only(
         *([("ALVideoRecorder.startRecording", [folder, name])] if name.endswith(".wav") else []),
         *([("ALPhotoCapture.takePicture", [folder, name])] if name.endswith(".wav") else []),
     ):
-        with pytest.raises(NaoqiRefused, match="is outside the robot's home|is no file that can be written"):
+        with pytest.raises(NaoqiRefused, match=r"is outside the robot's home|is no file that can be written"):
             robot.call(*call.split("."), *arguments)
     assert not any(outside.iterdir())
 
