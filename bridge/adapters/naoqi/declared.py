@@ -275,6 +275,29 @@ class Method:
         return inspect.Signature([inspect.Parameter(name, kind) for name in self.hints])
 
     @cached_property
+    def _counts(self) -> tuple[int, float]:
+        """Fewest and most arguments."""
+        kinds = [p for p in self.signature.parameters.values() if p.kind is not p.KEYWORD_ONLY]
+        single = [p for p in kinds if p.kind is not _VARIABLE]
+        return sum(p.default is p.empty for p in single), math.inf if len(single) < len(kinds) else len(single)
+
+    def require_count(self, arguments: Sequence[Any]) -> None:
+        """Check the number of arguments.
+
+        Raises:
+            NaoqiRefused: too few or too many.
+        """
+        fewest, most = self._counts
+        if fewest <= len(arguments) <= most:
+            return
+        try:
+            self.signature.bind(*arguments)
+        except TypeError as error:
+            raise NaoqiRefused(
+                f"{self.service}.{self.name}: {len(arguments)} arguments do not fit ({as_vendor(str(error))})."
+            ) from None
+
+    @cached_property
     def types(self) -> Mapping[str, Any]:
         """Annotation of each parameter."""
         if self.hints is not None:
@@ -287,7 +310,11 @@ class Method:
     def _checks(self) -> list[tuple[str, Check, bool]]:
         owner = getattr(self.call, "__self__", None)
         return [
-            (as_vendor(name), _check(kind, owner), self.signature.parameters[name].kind is _VARIABLE)
+            (
+                f"{self.service}.{self.name}: {as_vendor(name)}",
+                _check(kind, owner),
+                self.signature.parameters[name].kind is _VARIABLE,
+            )
             for name, kind in self.types.items()
             if self.signature.parameters[name].kind is not inspect.Parameter.KEYWORD_ONLY
         ]
@@ -299,9 +326,9 @@ class Method:
             NaoHilError: one sentence.
         """
         checked: list[Any] = []
-        for name, check, rest in self._checks:
+        for label, check, rest in self._checks:
             for value in arguments[len(checked) :] if rest else arguments[len(checked) : len(checked) + 1]:
-                checked.append(check(value, f"{self.service}.{self.name}: {name}"))
+                checked.append(check(value, label))
         return self.call(*checked)
 
     @property

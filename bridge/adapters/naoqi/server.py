@@ -138,7 +138,9 @@ class NaoqiServer:
         """Cameras of an emulated robot."""
         if info.side != "emulator":
             return None
-        return DrawnCameraFeed(info.robot, self._link.endpoint)
+        feed = DrawnCameraFeed(info.robot, self._link.endpoint)
+        feed.start()
+        return feed
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
         """Answer a frame; False after a loss or a restart of the robot."""

@@ -131,7 +131,7 @@ class Services:
         self._sonar = Sonar(self.joints, self.events)
         seeing = (self._scene, self._frames, self.events)
         self._detections = (
-            Faces(*seeing),
+            Faces(*seeing, self._others, lambda: self.joints.now),
             LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
             Detection("ALRedBallDetection", "ball", "redBallDetected", *seeing),
         )
@@ -223,12 +223,7 @@ class Services:
         entry = self._table[service].get(method)
         if entry is None:
             raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")
-        try:
-            entry.signature.bind(*arguments)
-        except TypeError as error:
-            raise NaoqiRefused(
-                f"{service}.{method}: {len(arguments)} arguments do not fit ({as_vendor(str(error))})."
-            ) from None
+        entry.require_count(arguments)
         if entry.begins_walk and not _is_zero(arguments[:3]):
             with self._lock:
                 if not self.handover.has_robot:
