@@ -32,6 +32,7 @@ from bridge.adapters.naoqi.qi_directory import (
 )
 from bridge.adapters.naoqi.qi_library import check_url
 from bridge.adapters.naoqi.qi_values import ObjectReference, QiError, encode
+from bridge.adapters.naoqi.robot_files import in_thread
 from bridge.errors import LinkError, NaoHilError
 
 LOG_MANAGER: Final = "LogManager"
@@ -91,6 +92,8 @@ _SIGNAL: Final = 100
 """Action of a subscriber's signal."""
 _SUBSCRIBER: Final = meta_object({}, {_SIGNAL: ("signal", "(m)")})
 MAX_SIGNAL_OBJECTS: Final = 10_000
+_LONG_PAYLOAD: Final = 1 << 17
+"""bytes whose decoding would delay other calls: over 20 ms"""
 _START_TIMEOUT: Final = 10.0
 """s that the server's thread may take to begin or to end"""
 
@@ -254,8 +257,25 @@ class QiServer:
             return
         if message.object != MAIN or message.action not in service.methods:
             raise QiError(f"{service.name} has no method {message.action} on object {message.object}")
-        name, parameters, result = service.methods[message.action]
-        arguments = message.values(parameters)
+        _, parameters, _ = service.methods[message.action]
+        if len(message.payload) > _LONG_PAYLOAD:
+            self._spawn(self._handle_long(connection, message, service))
+        else:
+            self._carry_out(connection, message, service, message.values(parameters))
+
+    async def _handle_long(self, connection: Connection, message: Message, service: Service) -> None:
+        """Decode a long message in a thread of its own, then carry the call out."""
+        _, parameters, _ = service.methods[message.action]
+        try:
+            arguments = await asyncio.wrap_future(in_thread(lambda: message.values(parameters)))
+            self._carry_out(connection, message, service, arguments)
+        except QiError as error:
+            connection.fail(message, f"qi: {error}.")
+
+    def _carry_out(
+        self, connection: Connection, message: Message, service: Service, arguments: list[Any]
+    ) -> None:
+        name, _, result = service.methods[message.action]
         if service.number == DIRECTORY:
             connection.reply(message, encode(result, self._directory.call(connection, name, arguments)))
         elif service.name == LOG_MANAGER and result == "o":

@@ -20,8 +20,11 @@ from bridge.errors import NaoqiRefused
 logger = logging.getLogger(__name__)
 
 ROBOT_HOME: Final = Path("/home/nao")
+HOME_PREFIX: Final = f"the robot's {ROBOT_HOME} is "
+"""Begins the line of the log that names the folder."""
 T = TypeVar("T")
 R = TypeVar("R")
+S = TypeVar("S")
 
 
 def in_thread(work: Callable[[], T]) -> Future[T]:
@@ -70,7 +73,7 @@ class RobotFiles:
         try:
             if not self.home.is_dir():
                 self.home.mkdir(parents=True)
-                logger.info("files of the robot's %s are in %s", ROBOT_HOME, self.home)
+                logger.info("%s%s", HOME_PREFIX, self.home)
             place = file.resolve()
             if not place.is_relative_to(self.home.resolve()) or (place.exists() and not place.is_file()):
                 raise NaoqiRefused(f"{value!r:.80} is no file that can be written; give another path.")
@@ -87,17 +90,17 @@ class RobotFiles:
             return None
         return plain.relative_to(ROBOT_HOME)
 
-    def load(self, path: Path, read: Callable[[Path], T], store: Callable[[T], R]) -> Future[R]:
-        """Read a file in a thread of its own, then store its content.
+    def load(self, source: S, read: Callable[[S], T], store: Callable[[T], R]) -> Future[R]:
+        """Read a file, or a long text, in a thread of its own, then store its content.
 
         Args:
-            path: the file.
-            read: path -> content; raises a refusal.
+            source: path of the file, or text.
+            read: source -> content; raises a refusal.
             store: content -> result of the call; the lock is held.
         """
 
         def work() -> R:
-            content = read(path)
+            content = read(source)
             with self._lock:
                 return store(content)
 

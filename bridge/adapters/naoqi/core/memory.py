@@ -194,6 +194,8 @@ def stamp(moment: float | None = None) -> list[int]:
 def _names(keys: Any, method: str) -> list[str]:
     if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
         raise NaoqiRefused(f"ALMemory.{method}: {keys!r:.60} was given; a list of names is expected.")
+    if len(keys) > MAX_DATA:
+        raise NaoqiRefused(f"ALMemory.{method}: {len(keys)} names were given; {MAX_DATA} at most are taken.")
     return keys
 
 

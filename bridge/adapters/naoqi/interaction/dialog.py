@@ -260,10 +260,10 @@ class Dialog:
         return self.files.load(path, _read_topic, self._store)
 
     @offers("ALDialog.loadTopicContent", partly="as loadTopic")
-    def _load(self, content: str) -> str:
+    def _load(self, content: str) -> Future[str]:
         if len(content) > MAX_TOPIC:
             raise NaoqiRefused(f"ALDialog: the topic is longer than {MAX_TOPIC} letters.")
-        return self._store(parse(content))
+        return self.files.load(content, parse, self._store)
 
     def _store(self, topic: Topic) -> str:
         if len(self._topics) >= MAX_TOPICS and topic.name not in self._topics:

@@ -18,6 +18,8 @@ from bridge.errors import NaoqiRefused
 NOTHING_RECOGNIZED: Final[list[Any]] = ["", -3.0]
 """Initial value of `WordRecognized` (assumed)."""
 MAX_WORDS: Final = 10_000
+MAX_UTTERANCE: Final = 2000
+"""Letters of an utterance."""
 MAX_VOCABULARY: Final = 1 << 20
 """bytes of a vocabulary's file"""
 _STATUS: Final = "ALSpeechRecognition/Status"
@@ -66,10 +68,10 @@ class SpeechRecognition:
             return []
         self._events.raise_event(_STATUS, "SpeechDetected")
         self._events.raise_event("SpeechDetected", True)
-        plain = _plain(said)
+        plain = _plain(said[:MAX_UTTERANCE])
         known = {_plain(word): word for word in self._words}
         if self._spots:
-            found = [word for key, word in known.items() if re.search(rf"\b{re.escape(key)}\b", plain)]
+            found = [word for key, word in known.items() if key and f" {key} " in f" {plain} "]
         else:
             found = [known[plain]] if plain in known else []
         found.sort(key=len, reverse=True)

@@ -13,9 +13,10 @@ from typing import Any
 
 import pytest
 
+from bridge.adapters.naoqi.qi_connection import Message
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.errors import LinkError, NaoqiRefused
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 from tests.ports import free_port
 
 qi = pytest.importorskip("qi", reason="qi has no wheel here")
@@ -108,6 +109,24 @@ def test_the_objects_of_a_program_that_is_gone_are_dropped(served: Served) -> No
     assert len(served.server._objects) == len(keep)
     other.close()
     until(lambda: not served.server._objects, "the end of its objects")
+
+
+def test_a_long_message_delays_no_other_call(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    decoding, decoded, values = threading.Event(), threading.Event(), Message.values
+
+    def slow(message: Message, signature: str) -> list[Any]:
+        if len(message.payload) > 1 << 20:
+            decoding.set()
+            decoded.wait(TIMEOUT)
+        return values(message, signature)
+
+    monkeypatch.setattr(Message, "values", slow)
+    memory = served.session.service("ALMemory")
+    long = memory.echo("x" * (1 << 20), _async=True)
+    assert decoding.wait(TIMEOUT)
+    assert memory.echo(1) == [1]
+    decoded.set()
+    assert len(long.value()[0]) == 1 << 20
 
 
 def test_a_message_that_is_too_long_is_refused_and_the_next_one_is_answered(served: Served) -> None:

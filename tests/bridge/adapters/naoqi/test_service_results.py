@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import threading
+import time
 import wave
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -476,6 +477,15 @@ def test_a_file_that_is_slow_to_read_delays_no_other_call(
     assert robot.call("ALDialog", "getAllLoadedTopics") == []
     answered.set()
     assert loading.result(TIMEOUT) == "slow"
+
+
+def test_a_large_vocabulary_and_a_long_utterance_take_no_long_time(robot: Robot) -> None:
+    robot.call("ALSpeechRecognition", "setVocabulary", [f"word{i}" for i in range(10_000)], True)
+    robot.call("ALSpeechRecognition", "subscribe", "me")
+    began = time.process_time()
+    assert robot.call("NaoHil", "hear", "word5 " * 20_000) == ["word5"]
+    assert time.process_time() - began < 2.0
+    assert robot.call("NaoHil", "hear", "sword5 word55") == ["word55"]
 
 
 def test_the_words_of_a_vocabulary_s_file_are_recognized(robot: Robot, tmp_path: Path) -> None:
