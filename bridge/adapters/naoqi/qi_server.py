@@ -201,15 +201,19 @@ class QiServer:
             value: its value.
             callbacks: as for `memory.Publish`.
         """
-        if (_MEMORY, event) in self._subscribers or callbacks:
+        if self.has_signal(event) or callbacks:
             self._soon(self._publish, event, value, callbacks)
+
+    def has_signal(self, event: str) -> bool:
+        """Whether a client has the signal of an event of ALMemory; any thread may call this."""
+        return (_MEMORY, event) in self._subscribers
 
     def _soon(self, function: Callable[..., None], *arguments: Any) -> None:
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(function, *arguments)
 
     def _publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
-        if (_MEMORY, event) in self._subscribers:
+        if self.has_signal(event):
             self._send_signal(_MEMORY, event, encode("(m)", [value]))
         if callbacks:
             self._modules.put_nowait((event, value, callbacks))

@@ -193,6 +193,7 @@ class NaoqiServer:
             self._publish,
             self._home,
             feed,
+            lambda event: self._call_server is not None and self._call_server.has_signal(event),
         )
         with self._lock:
             self._services = services

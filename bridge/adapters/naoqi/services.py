@@ -83,6 +83,7 @@ class Services:
         publish: called for each event of ALMemory.
         home: folder that stands for its `/home/nao`; made at the first file.
         feed: its cameras.
+        has_signal: as of `Events`.
     """
 
     def __init__(
@@ -96,6 +97,7 @@ class Services:
         publish: Publish,
         home: Path,
         feed: CameraFeed | None = None,
+        has_signal: Callable[[str], bool] = lambda _: False,
     ) -> None:
         self._config, self._lock, self.handover = config, lock, walking.handover
         self._require_lease, self._commanded = require_lease, commanded
@@ -119,7 +121,7 @@ class Services:
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.provide(self.joints.keys())
         self.memory.update(frame)
-        self.events = Events(self.memory, self._publisher(publish))
+        self.events = Events(self.memory, self._publisher(publish), has_signal)
         self._speech = Speech(self._others, self.events, lambda: self.joints.now, self._files)
         self._dialog = Dialog(self.events, self.memory.get, self._speech.say, self._files)
         self._microphones = Microphones(publish)

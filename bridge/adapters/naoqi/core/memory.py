@@ -221,10 +221,11 @@ class Events:
     Args:
         memory: for their values.
         publish: called for each raised event.
+        has_signal: event -> whether a client has its signal (`ALMemory.subscriber`).
     """
 
-    def __init__(self, memory: Memory, publish: Publish) -> None:
-        self._memory, self._publish = memory, publish
+    def __init__(self, memory: Memory, publish: Publish, has_signal: Callable[[str], bool]) -> None:
+        self._memory, self._publish, self._has_signal = memory, publish, has_signal
         self._declared: dict[str, str] = {}
         """Event -> the extractor that raises it, or an empty name."""
         self._micro: set[str] = set()
@@ -305,6 +306,10 @@ class Events:
     def subscribers(self, name: str) -> list[str]:
         """Modules with a subscription to an event."""
         return sorted(self._subscriptions.get(name, {}))
+
+    def listened(self, name: str) -> bool:
+        """Whether a module or a signal waits for an event, which then starts its extractor."""
+        return bool(self._subscriptions.get(name)) or self._has_signal(name)
 
     @offers("ALMemory.removeEvent", "ALMemory.removeMicroEvent")
     def forget(self, name: str) -> None:

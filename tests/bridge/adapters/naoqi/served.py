@@ -54,6 +54,8 @@ class Robot:
     ) -> None:
         self.frame = frame
         self.events: list[tuple[str, Any]] = []
+        self.signals: set[str] = set()
+        """Events whose signal a client has."""
         self.commanded = 0
         self.services = Services(
             RobotConfig(load_body(body), "nao"),
@@ -65,6 +67,7 @@ class Robot:
             lambda event, value, callbacks: self.events.append((event, value)),
             home,
             feed,
+            lambda event: event in self.signals,
         )
 
     def count(self) -> None:

@@ -107,8 +107,10 @@ def test_the_objects_of_a_program_that_is_gone_are_dropped(served: Served) -> No
     other.connect(f"tcp://127.0.0.1:{served.port}")
     keep = [other.service("ALMemory").subscriber(f"event {i}") for i in range(3)]
     assert len(served.server._objects) == len(keep)
+    assert served.server.has_signal("event 2")
     other.close()
     until(lambda: not served.server._objects, "the end of its objects")
+    assert not served.server.has_signal("event 2")
 
 
 def test_a_long_message_delays_no_other_call(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
