@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import os
+import subprocess
+import sys
 import threading
 import time
 import wave
@@ -477,6 +479,12 @@ def test_a_file_that_is_slow_to_read_delays_no_other_call(
     assert robot.call("ALDialog", "getAllLoadedTopics") == []
     answered.set()
     assert loading.result(TIMEOUT) == "slow"
+
+
+def test_a_file_that_is_never_read_delays_no_end() -> None:
+    """A Ctrl-C ends the server also then."""
+    waiting = "import bridge.adapters.naoqi.robot_files as f, time; f.in_thread(lambda: time.sleep(3600))"
+    assert subprocess.run([sys.executable, "-c", waiting], timeout=TIMEOUT, check=False).returncode == 0
 
 
 def test_a_large_vocabulary_and_a_long_utterance_take_no_long_time(robot: Robot) -> None:
