@@ -1,7 +1,8 @@
 """The process that draws the pictures of a robot's cameras, from the ground truth on the link.
 
-It is apart from the robot's process and below it in priority, so that a picture costs no cycle. Boxes and
-things are asked for `WORLD_RATE` times a second; the robot itself is where the newest ground truth has it.
+It is apart from the robot's process and below it in priority, so that a picture costs no cycle, and idle until
+the first request. Boxes and things are asked for `WORLD_RATE` times a second; the robot itself is where the
+newest ground truth has it.
 """
 
 from __future__ import annotations
@@ -74,6 +75,8 @@ class CameraProcess:
         self._scene = CameraScene(body_of(info.body, info.sheet))
         subscribe(self._session, keys.topic_key(robot, TruthFrame), self._note_truth)
         self._client = WorldClient(robot, endpoint)
+        self._asked, self._watched = threading.Event(), threading.Event()
+        """Whether a picture or sights were requested, and whether sights were."""
         for work in (self._ask_world, self._report):
             threading.Thread(target=work, daemon=True).start()
 
@@ -81,6 +84,7 @@ class CameraProcess:
         self._truth = time.time(), payload
 
     def _ask_world(self) -> None:
+        self._asked.wait()
         while True:
             with contextlib.suppress(NaoHilError):  # the robot is unreachable
                 self._world = self._client.send(Status())
@@ -97,9 +101,13 @@ class CameraProcess:
             return None
 
     def serve(self) -> None:
-        """Answer requests until the other end closes."""
+        """Answer requests until the other end closes: `[number, camera, ...]`; `[0]` begins the sights."""
         while (message := self._pipe.receive()) is not None:
             number, *request = message
+            self._asked.set()
+            if not number:
+                self._watched.set()
+                continue
             deadline = time.monotonic() + _CONNECT
             while (now := self._now()) is None and time.monotonic() < deadline:
                 time.sleep(0.02)
@@ -132,6 +140,7 @@ class CameraProcess:
 
     def _report(self) -> None:
         told: list[Any] = []
+        self._watched.wait()
         while True:
             time.sleep(1.0 / SIGHT_RATE)
             now = self._now()

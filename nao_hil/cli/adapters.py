@@ -143,6 +143,15 @@ def serve_naoqi(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
+    home: Annotated[
+        Path | None,
+        typer.Option(
+            "--home",
+            help="Folder for the robot's /home/nao, where alone programs may write; "
+            "without it runs/<time>/home.",
+            metavar="DIR",
+        ),
+    ] = None,
 ) -> Answer:
     """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
 
@@ -150,6 +159,7 @@ def serve_naoqi(
     """
     # Imported late: all commands would wait for them, scipy among them.
     from bridge.adapters.naoqi.server import NaoqiServer
+    from nao_hil.runs.folder import name_of_now
     from walker.gaits import GAITS
 
     if gait not in GAITS:
@@ -173,6 +183,7 @@ def serve_naoqi(
             _full(gait),
             lambda: ServingWalker(name, connect, gait),
             stop.is_set,
+            home or Path("runs") / name_of_now() / "home",
             CONTROLLER_PRIORITY if realtime_priority else None,
         )
         server.run()

@@ -21,6 +21,7 @@ import typer
 
 from bridge.adapters.naoqi.interaction.speech import SPOKEN_PREFIX
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
+from bridge.adapters.naoqi.robot_files import HOME_PREFIX
 from bridge.errors import ConfigurationError, LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint
@@ -38,7 +39,7 @@ GRACE = 5.0
 """s that each has to end."""
 FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""
-_REPORTED = re.compile(rf"{SPOKEN_PREFIX}.*|WARNING .*")
+_REPORTED = re.compile(rf"{SPOKEN_PREFIX}.*|{HOME_PREFIX}.*|WARNING .*")
 """Lines of the server's log that are printed."""
 OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
 """Of this command, which it takes before the program only."""

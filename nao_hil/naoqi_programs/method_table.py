@@ -72,6 +72,7 @@ def services() -> Services:
         lambda: None,
         lambda: None,
         lambda *_: None,
+        Path("/nonexistent"),
     )
 
 

@@ -46,7 +46,9 @@ def _redirect(url: str) -> None:
         connect = made.connect
         made.connect = lambda *_, **options: connect(url, **options)
         find = made.service
-        made.service = lambda name, *_: Service(find(sendable(name)))
+        made.service = lambda name, *_: (
+            FrameManager() if name == "ALFrameManager" else Service(find(sendable(name)))
+        )
         return made
 
     def application_here(args: Any = None, raw: bool = False, autoExit: bool = True, **_: Any) -> Any:
@@ -55,6 +57,18 @@ def _redirect(url: str) -> None:
 
     qi.Session = session_here
     qi.Application = qi.ApplicationSession = application_here
+
+
+class FrameManager:
+    """`ALFrameManager` of a plain program, which is its only behaviour."""
+
+    def getBehaviorPath(self, *_: Any) -> str:
+        """Folder of the program, with a slash at its end."""
+        return f"{Path(sys.argv[0]).resolve().parent}/"
+
+    def getMethodList(self) -> list[str]:
+        """As of every service."""
+        return ["getBehaviorPath"]
 
 
 class ProgramLoader(SourceFileLoader):

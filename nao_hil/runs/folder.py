@@ -163,8 +163,13 @@ class RunDirectory:
         write_text(self.path / "summary.json", json.dumps(summary, indent=2) + "\n")
 
 
+def name_of_now() -> str:
+    """Name of the folder of a run that begins now."""
+    return time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+
+
 def _fresh(parent: Path) -> Path:
-    stem = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+    stem = name_of_now()
     for suffix in ("", *(f"-{n}" for n in range(2, 1000))):
         path = parent / f"{stem}{suffix}"
         try:

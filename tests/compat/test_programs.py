@@ -98,6 +98,7 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
             ],
         ),
         ("ball.py", [], 0, ["ball left True below", "followed True", "lost False"]),
+        ("frame_manager.py", [], 0, ["programs True", "ALFrameManager: unknown method 'playFrames'"]),
         (
             "photos.py",
             [],

@@ -215,6 +215,31 @@ def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) 
     pipe.close()
 
 
+def test_it_is_idle_until_the_first_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It starts with the server, so that a first face is seen at once, and costs little before."""
+    received: list[Callable[[bytes], None]] = []
+    asked = threading.Event()
+    monkeypatch.setattr(process, "open_client", lambda *_: None)
+    monkeypatch.setattr(process, "subscribe", lambda _session, _key, receive: received.append(receive))
+    info = encode(robot_info(load_body("nao-v6"), robot="nao", side="emulator", mode="real-time", software=""))
+    monkeypatch.setattr(process, "ask", lambda *_: info)
+    face = WorldThing(name="Anna", kind="face", size=0.15, position=(1.0, 0.0, 0.45), facing=(-1.0, 0.0, 0.0))
+    client = SimpleNamespace(send=lambda _: asked.set() or world(face))
+    monkeypatch.setattr(process, "WorldClient", lambda *_: client)
+    ours, theirs = socket.socketpair()
+    ours.settimeout(10.0)
+    pipe = Pipe(ours)
+    cameras = process.CameraProcess("nao", "", Pipe(theirs))
+    received[0](encode(truth(0.0, 0.0)))
+    threading.Thread(target=cameras.serve, daemon=True).start()
+    assert not asked.wait(0.5)
+    pipe.send([0])
+    answer = pipe.receive()
+    assert answer is not None and answer[0] == 0
+    assert {sight[2] for sight in answer[1]} == {"Anna"}
+    pipe.close()
+
+
 def test_pictures_are_drawn_without_a_real_time_priority() -> None:
     """Started by a thread under SCHED_FIFO, which hands it on; nobody answers at the endpoint."""
     ours, theirs = socket.socketpair()

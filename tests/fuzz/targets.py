@@ -172,6 +172,7 @@ def naoqi(data: bytes) -> None:
         lambda: None,
         lambda: None,
         lambda *_: None,
+        Path(tempfile.gettempdir()) / "nao-hil-fuzz-home",
     )
     for seq, (service, method, arguments) in enumerate(calls):
         _only(NaoHilError, services.call, service, method, arguments)

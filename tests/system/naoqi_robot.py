@@ -114,6 +114,8 @@ def serve(url: str, endpoint: str, log: Path) -> subprocess.Popen[bytes]:
         "--no-realtime-priority",
         "--gait",
         "dynamic",
+        "--home",
+        str(log.parent / "home"),
     ]
     with log.open("w") as file:
         return subprocess.Popen(

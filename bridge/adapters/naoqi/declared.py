@@ -10,9 +10,7 @@ from __future__ import annotations
 import inspect
 import logging
 import math
-import os
 import re
-import tempfile
 import types
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -50,9 +48,6 @@ MAX_DURATION: Final = 3600.0
 """s that one interpolation may take."""
 MIN_SPEED_FRACTION: Final = 1e-4
 """Fraction of the maximum speed: a joint's whole range takes about an hour."""
-ROBOT_HOME: Final = Path("/home/nao")
-HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
-"""The robot's home on a machine without `/home/nao`."""
 INERT: Final = "remembered and read back, without effect"
 """Omissions of a setting."""
 
@@ -280,6 +275,29 @@ class Method:
         return inspect.Signature([inspect.Parameter(name, kind) for name in self.hints])
 
     @cached_property
+    def _counts(self) -> tuple[int, float]:
+        """Fewest and most arguments."""
+        kinds = [p for p in self.signature.parameters.values() if p.kind is not p.KEYWORD_ONLY]
+        single = [p for p in kinds if p.kind is not _VARIABLE]
+        return sum(p.default is p.empty for p in single), math.inf if len(single) < len(kinds) else len(single)
+
+    def require_count(self, arguments: Sequence[Any]) -> None:
+        """Check the number of arguments.
+
+        Raises:
+            NaoqiRefused: too few or too many.
+        """
+        fewest, most = self._counts
+        if fewest <= len(arguments) <= most:
+            return
+        try:
+            self.signature.bind(*arguments)
+        except TypeError as error:
+            raise NaoqiRefused(
+                f"{self.service}.{self.name}: {len(arguments)} arguments do not fit ({as_vendor(str(error))})."
+            ) from None
+
+    @cached_property
     def types(self) -> Mapping[str, Any]:
         """Annotation of each parameter."""
         if self.hints is not None:
@@ -292,7 +310,11 @@ class Method:
     def _checks(self) -> list[tuple[str, Check, bool]]:
         owner = getattr(self.call, "__self__", None)
         return [
-            (as_vendor(name), _check(kind, owner), self.signature.parameters[name].kind is _VARIABLE)
+            (
+                f"{self.service}.{self.name}: {as_vendor(name)}",
+                _check(kind, owner),
+                self.signature.parameters[name].kind is _VARIABLE,
+            )
             for name, kind in self.types.items()
             if self.signature.parameters[name].kind is not inspect.Parameter.KEYWORD_ONLY
         ]
@@ -304,9 +326,9 @@ class Method:
             NaoHilError: one sentence.
         """
         checked: list[Any] = []
-        for name, check, rest in self._checks:
+        for label, check, rest in self._checks:
             for value in arguments[len(checked) :] if rest else arguments[len(checked) : len(checked) + 1]:
-                checked.append(check(value, f"{self.service}.{self.name}: {name}"))
+                checked.append(check(value, label))
         return self.call(*checked)
 
     @property
@@ -445,13 +467,27 @@ def number(value: Any, label: str, lower: float = -math.inf, upper: float = math
     return float(value)
 
 
+def clipped(value: Any, label: str, lower: float, upper: float) -> float:
+    """A finite number, clipped to its limits with a warning where it is a little beyond, as robots do.
+
+    Raises:
+        NaoqiRefused: no number, or beyond a limit by the limit's own size: probably of another unit.
+    """
+    given = number(value, label)
+    limit = max(lower, min(upper, given))
+    if given == limit or abs(given - limit) >= abs(limit):
+        return number(given, label, lower, upper)
+    logger.warning("%s is %g; it is clipped to %g", label, given, limit)
+    return limit
+
+
 def fraction(value: Any, label: str) -> float:
-    """A fraction of the maximum speed, above 0 and up to 1.
+    """A fraction of the maximum speed, above 0 and up to 1, clipped to it.
 
     Raises:
         NaoqiRefused: anything else, or less than `MIN_SPEED_FRACTION`.
     """
-    speed = number(value, label, 0.0, 1.0)
+    speed = clipped(value, label, 0.0, 1.0)
     if speed < MIN_SPEED_FRACTION:
         raise NaoqiRefused(
             f"{label} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "
@@ -480,27 +516,6 @@ def text(value: Any, label: str) -> str:
     if not isinstance(value, str):
         raise NaoqiRefused(f"{label} is {value!r:.60}; a name is expected.")
     return value
-
-
-def robot_file(value: Any, label: str) -> Path:
-    """A path of the robot; its home is `HOME` on a machine without such a folder."""
-    file = Path(text(value, label))
-    inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
-    return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file
-
-
-def new_file(value: Any, label: str) -> Path:
-    """The absolute path of a file to write in an existing folder.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
-    file = robot_file(value, label)
-    if file.is_relative_to(HOME):
-        file.parent.mkdir(parents=True, exist_ok=True)
-    if "\0" in str(file) or not file.is_absolute() or not os.path.isdir(file.parent):
-        raise NaoqiRefused(f"{label} is {value!r:.80}; an absolute path in a folder that is there is expected.")
-    return file
 
 
 def pairs(value: Any, label: str) -> list[list[Any]]:
@@ -569,8 +584,5 @@ def require_times(times: Sequence[Sequence[float]], values: Sequence[Sequence[fl
 Fraction = Annotated[float, fraction]
 """Of the maximum speed, above 0 and up to 1."""
 Duration = Annotated[float, Range(0.0, MAX_DURATION, "s")]
-NewFile = Annotated[Path, new_file]
-"""An absolute path; files below the robot's home are in `HOME`."""
-RobotFile = Annotated[Path, robot_file]
 Pairs = Annotated[list[list[Any]], pairs]
 """`[[name, value], ...]`"""

@@ -83,6 +83,8 @@ class Connection(asyncio.Protocol):
     def __init__(self, listener: Listener) -> None:
         self._listener = listener
         self._received = bytearray()
+        self._skipped = 0
+        """Bytes still to come of a payload that is too long."""
         self._greeted = False
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
@@ -109,6 +111,10 @@ class Connection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """See `asyncio.Protocol`."""
+        if self._skipped:
+            skipped = min(self._skipped, len(data))
+            self._skipped -= skipped
+            data = data[skipped:]
         self._received += data
         while (message := self._next()) is not None:
             self._dispatch(message)
@@ -119,11 +125,17 @@ class Connection(asyncio.Protocol):
             return None
         (magic,) = HEADER.unpack_from(received)
         number, size, version, kind, flags, service, target, action = ADDRESS.unpack_from(received, 4)
-        if magic != MAGIC or version != 0 or size > MAX_PAYLOAD:
+        if magic != MAGIC or version != 0:
             self._transport.abort()
             received.clear()
             return None
         end = HEADER_SIZE + size
+        if size > MAX_PAYLOAD:
+            self._skipped = max(0, end - len(received))
+            del received[:end]
+            message = Message(kind, number, service, target, action, b"", flags)
+            self.fail(message, f"qi: the message has {size} bytes; {MAX_PAYLOAD} at most are taken.")
+            return self._next()
         if len(received) < end:
             return None
         payload = bytes(received[HEADER_SIZE:end])

@@ -7,11 +7,13 @@ and messages of libqi 3.1.5.
 from __future__ import annotations
 
 import asyncio
+import itertools
 import logging
 import threading
 import time
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.adapters.naoqi.qi_connection import MAIN, Connection, Message
@@ -21,6 +23,7 @@ from bridge.adapters.naoqi.qi_directory import (
     OF_OBJECTS,
     REGISTER,
     REGISTER_WITH_SIGNATURE,
+    TERMINATE,
     UNREGISTER,
     Directory,
     Methods,
@@ -29,6 +32,7 @@ from bridge.adapters.naoqi.qi_directory import (
 )
 from bridge.adapters.naoqi.qi_library import check_url
 from bridge.adapters.naoqi.qi_values import ObjectReference, QiError, encode
+from bridge.adapters.naoqi.robot_files import in_thread
 from bridge.errors import LinkError, NaoHilError
 
 LOG_MANAGER: Final = "LogManager"
@@ -42,10 +46,8 @@ METHODS: Final[Methods] = {
     101: ("createListener", "()", "o"),
     102: ("getListener", "()", "o"),
 }
-LISTENER: Final = MAIN + 1
-"""Number of the one listener's object."""
 _ON_MESSAGE: Final = 103
-LISTENER_META: Final = meta_object(
+_LISTENER: Final = meta_object(
     {
         100: ("setLevel", f"({_LEVEL})", "v"),
         101: ("setCategory", f"(s{_LEVEL})", "v"),
@@ -57,13 +59,13 @@ _LEVELS: Final = {logging.CRITICAL: 1, logging.ERROR: 2, logging.WARNING: 3, log
 
 
 class LogEvents(logging.Handler):
-    """Sends the log of this process as events of the listener; its settings have no effect.
+    """Sends the log of this process as events of the listeners; their settings have no effect.
 
     Args:
-        send: an event's object, action and payload, in any thread.
+        send: an event's payload, in any thread.
     """
 
-    def __init__(self, send: Callable[[int, int, bytes], None]) -> None:
+    def __init__(self, send: Callable[[bytes], None]) -> None:
         super().__init__(logging.INFO)
         self._send = send
         self._number = 0
@@ -77,7 +79,7 @@ class LogEvents(logging.Handler):
         since_start = [time.monotonic_ns()]
         text = record.getMessage()
         message = [source, level, record.name, "nao-hil", text, self._number, since_start, now]
-        self._send(LISTENER, _ON_MESSAGE, encode(f"({_MESSAGE})", [message]))
+        self._send(encode(f"({_MESSAGE})", [message]))
 
 
 logger = logging.getLogger(__name__)
@@ -89,9 +91,27 @@ _FIRST_METHOD: Final = 100
 _SIGNAL: Final = 100
 """Action of a subscriber's signal."""
 _SUBSCRIBER: Final = meta_object({}, {_SIGNAL: ("signal", "(m)")})
-MAX_SUBSCRIBERS: Final = 10_000
+MAX_SIGNAL_OBJECTS: Final = 10_000
+_LONG_PAYLOAD: Final = 1 << 17
+"""bytes whose decoding would delay other calls: over 20 ms"""
 _START_TIMEOUT: Final = 10.0
 """s that the server's thread may take to begin or to end"""
+
+
+@dataclass(frozen=True)
+class _SignalObject:
+    """An object with one signal; libqi needs one for each call that returns it (replies are sorted by it)."""
+
+    connection: Connection
+    service: int
+    number: int
+    signal: int
+    """Action of the signal."""
+    meta: bytes
+
+    def send(self, payload: bytes) -> None:
+        """Send the signal to the client that has the object."""
+        self.connection.event((self.service, self.number, self.signal), payload)
 
 
 class QiServer:
@@ -120,8 +140,11 @@ class QiServer:
                 table[_FIRST_METHOD + len(table)] = ("subscriber", "(s)", "o")
             self._directory.add(name, table)
         self._directory.add(LOG_MANAGER, METHODS)
-        self._subscribers: dict[str, int] = {}
-        """Event -> number of the object with its signal."""
+        self._objects: dict[int, _SignalObject] = {}
+        """By number."""
+        self._object_numbers = itertools.count(MAIN + 1)
+        self._subscribers: dict[tuple[str, str], set[int]] = {}
+        """Service and event -> numbers of the objects with its signal."""
         self._loop = asyncio.new_event_loop()
         self._modules: asyncio.Queue[tuple[str, Any, list[list[Any]]]] = asyncio.Queue()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -142,7 +165,7 @@ class QiServer:
             )
             return
         self._spawn(self._call_modules())
-        log = LogEvents(lambda *event: self._soon(self._send_log, *event))
+        log = LogEvents(lambda payload: self._soon(self._send_signal, LOG_MANAGER, "", payload))
         logging.getLogger("bridge").addHandler(log)
         started.set_result(None)
         self._loop.run_forever()
@@ -178,27 +201,26 @@ class QiServer:
             value: its value.
             callbacks: as for `memory.Publish`.
         """
-        if event in self._subscribers or callbacks:
+        if self.has_signal(event) or callbacks:
             self._soon(self._publish, event, value, callbacks)
+
+    def has_signal(self, event: str) -> bool:
+        """Whether a client has the signal of an event of ALMemory; any thread may call this."""
+        return (_MEMORY, event) in self._subscribers
 
     def _soon(self, function: Callable[..., None], *arguments: Any) -> None:
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(function, *arguments)
 
     def _publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
-        number = self._subscribers.get(event)
-        if number is not None:
-            self._send_event(_MEMORY, number, _SIGNAL, encode("(m)", [value]))
+        if self.has_signal(event):
+            self._send_signal(_MEMORY, event, encode("(m)", [value]))
         if callbacks:
             self._modules.put_nowait((event, value, callbacks))
 
-    def _send_event(self, service: str, number: int, action: int, payload: bytes) -> None:
-        address = (self._directory.names[service].number, number, action)
-        for connection in self._connections:
-            connection.event(address, payload)
-
-    def _send_log(self, number: int, action: int, payload: bytes) -> None:
-        self._send_event(LOG_MANAGER, number, action, payload)
+    def _send_signal(self, service: str, event: str, payload: bytes) -> None:
+        for number in self._subscribers.get((service, event), ()):
+            self._objects[number].send(payload)
 
     async def _call_modules(self) -> None:
         """Call the modules with subscriptions, in the events' order; lost modules are left out."""
@@ -219,6 +241,8 @@ class QiServer:
         """Forget a client and its services."""
         self._connections.discard(connection)
         self._directory.forget(connection)
+        for number in [n for n, one in self._objects.items() if one.connection is connection]:
+            self._remove_object(number)
 
     def handle(self, connection: Connection, message: Message) -> None:
         """Carry out a call of a client.
@@ -232,20 +256,40 @@ class QiServer:
         if message.action in OF_OBJECTS:
             connection.reply(message, self._of_object(connection, service, message))
             return
-        if service.name == LOG_MANAGER and message.object == LISTENER:
+        if service.name == LOG_MANAGER and message.object in self._objects:
             connection.reply(message, b"")
             return
         if message.object != MAIN or message.action not in service.methods:
             raise QiError(f"{service.name} has no method {message.action} on object {message.object}")
-        name, parameters, result = service.methods[message.action]
-        arguments = message.values(parameters)
+        _, parameters, _ = service.methods[message.action]
+        if len(message.payload) > _LONG_PAYLOAD:
+            self._spawn(self._handle_long(connection, message, service))
+        else:
+            self._carry_out(connection, message, service, message.values(parameters))
+
+    async def _handle_long(self, connection: Connection, message: Message, service: Service) -> None:
+        """Decode a long message in a thread of its own, then carry the call out."""
+        _, parameters, _ = service.methods[message.action]
+        try:
+            arguments = await asyncio.wrap_future(in_thread(lambda: message.values(parameters)))
+            self._carry_out(connection, message, service, arguments)
+        except QiError as error:
+            connection.fail(message, f"qi: {error}.")
+
+    def _carry_out(
+        self, connection: Connection, message: Message, service: Service, arguments: list[Any]
+    ) -> None:
+        name, _, result = service.methods[message.action]
         if service.number == DIRECTORY:
             connection.reply(message, encode(result, self._directory.call(connection, name, arguments)))
-        elif service.name == LOG_MANAGER:
-            listener = ObjectReference(LISTENER_META, service.number, LISTENER)
+        elif service.name == LOG_MANAGER and result == "o":
+            listener = self._new_object(connection, service, "", _ON_MESSAGE, _LISTENER)
             connection.reply(message, encode(result, listener))
+        elif service.name == LOG_MANAGER:
+            connection.reply(message, b"")
         elif result == "o":
-            connection.reply(message, encode(result, self._subscriber(service, *arguments)))
+            subscriber = self._new_object(connection, service, arguments[0], _SIGNAL, _SUBSCRIBER)
+            connection.reply(message, encode(result, subscriber))
         elif service.name == _MEMORY and name in SUBSCRIBING:
             self._spawn(self._subscribe(connection, message, name, arguments))
         else:
@@ -257,20 +301,42 @@ class QiServer:
         if message.action == META_OBJECT:
             if message.object == MAIN:
                 return service.meta_object
-            return LISTENER_META if service.name == LOG_MANAGER else _SUBSCRIBER
+            found = self._objects.get(message.object)
+            if found is None or found.service != service.number:
+                raise QiError(f"{service.name} has no object {message.object}")
+            return found.meta
         if message.action in (REGISTER, REGISTER_WITH_SIGNATURE):
             connection.link(arguments[2], (service.number, message.object, arguments[1]))
             return encode(result, arguments[2])
         if message.action == UNREGISTER:
             connection.unlink(arguments[2])
+        elif message.action == TERMINATE:
+            found = self._objects.get(message.object)
+            if found is not None and found.connection is connection:
+                self._remove_object(message.object)
         return b""
 
-    def _subscriber(self, memory: Service, event: Any) -> ObjectReference:
-        """The object with the `signal` of an event, one for all clients."""
-        if event not in self._subscribers and len(self._subscribers) >= MAX_SUBSCRIBERS:
-            raise QiError(f"{MAX_SUBSCRIBERS} events have subscribers already")
-        number = self._subscribers.setdefault(event, MAIN + 1 + len(self._subscribers))
-        return ObjectReference(_SUBSCRIBER, memory.number, number)
+    def _new_object(
+        self, connection: Connection, service: Service, event: str, signal: int, meta: bytes
+    ) -> ObjectReference:
+        """An object of one client with the signal of an event.
+
+        Raises:
+            QiError: there are too many.
+        """
+        if len(self._objects) >= MAX_SIGNAL_OBJECTS:
+            raise QiError(f"{MAX_SIGNAL_OBJECTS} events have subscribers already")
+        number = next(self._object_numbers)
+        self._objects[number] = _SignalObject(connection, service.number, number, signal, meta)
+        self._subscribers.setdefault((service.name, event), set()).add(number)
+        return ObjectReference(meta, service.number, number)
+
+    def _remove_object(self, number: int) -> None:
+        del self._objects[number]
+        for key, numbers in list(self._subscribers.items()):
+            numbers.discard(number)
+            if not numbers:
+                del self._subscribers[key]
 
     async def _subscribe(
         self, connection: Connection, message: Message, method: str, arguments: list[Any]

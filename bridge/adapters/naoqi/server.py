@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed, DrawnCameraFeed
@@ -40,6 +41,7 @@ class NaoqiServer:
         full: speed of that gait, see `WalkingMethods`.
         start_walker: starts a walker that serves.
         stop: true when the server is to end.
+        home: folder that stands for the robot's `/home/nao`; made at the first file.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
 
     Raises:
@@ -55,12 +57,14 @@ class NaoqiServer:
         full: Vec3,
         start_walker: Callable[[], StartedWalker],
         stop: Callable[[], bool],
+        home: Path,
         priority: int | None = None,
     ) -> None:
         require_free(url)
         self._priority = priority
         self._link, self._url, self._stop = link, url, stop
         self._gait, self._full, self._start_walker = gait, full, start_walker
+        self._home = home
         self._lock = threading.RLock()
         self._commanding = False
         """Whether this side commands the joints, not the walker."""
@@ -134,7 +138,9 @@ class NaoqiServer:
         """Cameras of an emulated robot."""
         if info.side != "emulator":
             return None
-        return DrawnCameraFeed(info.robot, self._link.endpoint)
+        feed = DrawnCameraFeed(info.robot, self._link.endpoint)
+        feed.start()
+        return feed
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
         """Answer a frame; False after a loss or a restart of the robot."""
@@ -185,7 +191,9 @@ class NaoqiServer:
             self._require_lease,
             self._answer_again,
             self._publish,
+            self._home,
             feed,
+            lambda event: self._call_server is not None and self._call_server.has_signal(event),
         )
         with self._lock:
             self._services = services

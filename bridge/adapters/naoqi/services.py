@@ -6,6 +6,7 @@ import itertools
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from pathlib import Path
 from threading import RLock
 from typing import Annotated, Any
 
@@ -55,6 +56,7 @@ from bridge.adapters.naoqi.interaction.leds import Leds
 from bridge.adapters.naoqi.interaction.photos import PhotoCapture, VideoRecorder
 from bridge.adapters.naoqi.interaction.speech import Speech
 from bridge.adapters.naoqi.interaction.tracker import Following, OldTracker, Tracker
+from bridge.adapters.naoqi.robot_files import RobotFiles
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
 from bridge.validation import unknown_name
@@ -79,7 +81,9 @@ class Services:
         require_lease: raises `NaoHilError` unless the joints may be commanded.
         commanded: called, with the lock held, after a call that may have changed the joints' commands.
         publish: called for each event of ALMemory.
+        home: folder that stands for its `/home/nao`; made at the first file.
         feed: its cameras.
+        has_signal: as of `Events`.
     """
 
     def __init__(
@@ -91,7 +95,9 @@ class Services:
         require_lease: Callable[[], None],
         commanded: Callable[[], None],
         publish: Publish,
+        home: Path,
         feed: CameraFeed | None = None,
+        has_signal: Callable[[str], bool] = lambda _: False,
     ) -> None:
         self._config, self._lock, self.handover = config, lock, walking.handover
         self._require_lease, self._commanded = require_lease, commanded
@@ -102,7 +108,8 @@ class Services:
         self.motion = JointMotion(self.joints, self._tasks, config)
         self.upper_body = UpperBodyShare(self.joints)
         self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
-        self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
+        self._files = RobotFiles(home, lock)
+        self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers, self._files)
         self._postures = Postures(self.joints, self.motion, self._tasks)
         self._frames = RobotFrames(self.joints, self._robot_place, walking.steps_ahead)
         self._arms = ArmProtection(self.joints, self._frames.links)
@@ -114,19 +121,19 @@ class Services:
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.provide(self.joints.keys())
         self.memory.update(frame)
-        self.events = Events(self.memory, self._publisher(publish))
-        self._speech = Speech(self._others, self.events, lambda: self.joints.now)
-        self._dialog = Dialog(self.events, self.memory.get, self._speech.say)
+        self.events = Events(self.memory, self._publisher(publish), has_signal)
+        self._speech = Speech(self._others, self.events, lambda: self.joints.now, self._files)
+        self._dialog = Dialog(self.events, self.memory.get, self._speech.say, self._files)
         self._microphones = Microphones(publish)
         self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
-        self._recognition = SpeechRecognition(self.events)
+        self._recognition = SpeechRecognition(self.events, self._files)
         self._feed = feed or NoCameraFeed()
         self._scene = Scene(config.body, self._frames, self._feed, self._hear)
         self._video = VideoDevice(config.body, self._feed)
         self._sonar = Sonar(self.joints, self.events)
         seeing = (self._scene, self._frames, self.events)
         self._detections = (
-            Faces(*seeing),
+            Faces(*seeing, self._others, lambda: self.joints.now),
             LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
             Detection("ALRedBallDetection", "ball", "redBallDetected", *seeing),
         )
@@ -218,13 +225,8 @@ class Services:
         entry = self._table[service].get(method)
         if entry is None:
             raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")
-        try:
-            entry.signature.bind(*arguments)
-        except TypeError as error:
-            raise NaoqiRefused(
-                f"{service}.{method}: {len(arguments)} arguments do not fit ({as_vendor(str(error))})."
-            ) from None
-        if entry.begins_walk:
+        entry.require_count(arguments)
+        if entry.begins_walk and not _is_zero(arguments[:3]):
             with self._lock:
                 if not self.handover.has_robot:
                     self._protection.require(f"{service}.{method}")
@@ -280,8 +282,8 @@ class Services:
     def _build(self) -> dict[str, dict[str, Method]]:
         now = lambda: self.joints.now  # noqa: E731
         cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
-        photos = PhotoCapture(self._feed, self._others, now)
-        films = VideoRecorder(self._feed, self._others, now)
+        photos = PhotoCapture(self._feed, self._others, now, self._files)
+        films = VideoRecorder(self._feed, self._others, now, self._files)
         table = declared(
             InertSettings(),
             DcmService(self.joints),
@@ -311,7 +313,7 @@ class Services:
             Leds(self.joints, self._others),
             self._speech,
             self._audio,
-            Recorder(now),
+            Recorder(now, self._files),
             self._microphones,
             AutonomousLife(self.events),
             self._awareness,
@@ -390,6 +392,11 @@ class _Module:
     @offers(".wait")
     def _wait(self, key: Any, timeout: Annotated[float, Range(0, MAX_WAIT, "ms")] = 0) -> Future[Any]:
         return self._services._async_calls.wait(key, timeout)
+
+
+def _is_zero(velocity: Sequence[Any]) -> bool:
+    """Whether a velocity, or a way, is none: a robot that stands or lies takes it too."""
+    return all(isinstance(part, int | float) and part == 0 for part in velocity)
 
 
 def _log_error(done: Future[Any]) -> None:

@@ -137,7 +137,7 @@ class NoCameraFeed:
 
 
 class DrawnCameraFeed:
-    """Of an emulated robot, by a drawing process that starts at the first call; thread-safe, close it.
+    """Of an emulated robot, by a drawing process, idle until the first call; thread-safe, close it.
 
     Args:
         robot: id of the robot.
@@ -152,6 +152,13 @@ class DrawnCameraFeed:
         self._number = 0
         self._waiting: dict[int, Future[Any]] = {}
         self._sights: Sequence[Sequence[Any]] = ()
+        self._watching = False
+        """Whether the process reports sights."""
+
+    def start(self) -> None:
+        """Start the process, which takes some seconds on a busy machine."""
+        with self._lock:
+            self._started()
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
         """See `CameraFeed`."""
@@ -167,7 +174,9 @@ class DrawnCameraFeed:
     def sights(self) -> Sequence[Sequence[Any]]:
         """See `CameraFeed`."""
         with self._lock:
-            self._started()
+            pipe, watching, self._watching = self._started(), self._watching, True
+        if not watching:
+            pipe.send([0])
         return self._sights
 
     def _started(self) -> Pipe:
@@ -203,6 +212,7 @@ class DrawnCameraFeed:
                     done.set_exception(NaoqiRefused(rest[0]))
         with self._lock:
             waiting, self._waiting, self._pipe, self._sights = self._waiting, {}, None, ()
+            self._watching = False
         for done in waiting.values():
             done.set_exception(NaoqiRefused(reason))
 

@@ -21,9 +21,9 @@ from bridge.adapters.naoqi.core.sensor_keys import TOUCH_KEYS
 from bridge.adapters.naoqi.declared import (
     Answers,
     Fraction,
+    clipped,
     fraction,
     lists_each,
-    number,
     offers,
     one_each,
     require_times,
@@ -184,7 +184,7 @@ class JointMotion:
         joints = self._joints.names.resolve(names)
         values = one_each(stiffnesses, len(joints), "ALMotion.setStiffnesses: stiffnesses")
         for joint, value in zip(joints, values, strict=True):
-            self._joints.put_stiffness(joint, [(0.0, number(value, f"stiffness of {joint}", -1.0, 1.0))])
+            self._joints.put_stiffness(joint, [(0.0, clipped(value, f"stiffness of {joint}", -1.0, 1.0))])
 
     @offers("ALMotion.stiffnessInterpolation", kind="joints")
     def stiffness_interpolation(self, names: Any, stiffnesses: Any, times: Any) -> Future[Any]:

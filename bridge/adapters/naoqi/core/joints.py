@@ -169,15 +169,14 @@ class Joints:
         return self.dcm.read([actuator(joint, "Hardness")], self.frame.position)[0]
 
     def keys(self) -> dict[str, Callable[[], float]]:
-        """ALMotion's view of the joints, as keys of ALMemory; hands have neither velocity nor torque."""
+        """ALMotion's view of the joints, as keys of ALMemory; of a hand: 1/s, and J for its whole stroke."""
         table: dict[str, Callable[[], float]] = {}
         for joint in self.names.all:
             table[f"Motion/Position/Sensor/{joint}"] = partial(self.measured, joint)
             table[f"Motion/Position/Actuator/{joint}"] = partial(self.commanded, joint)
             table[f"Motion/Command/Position/{joint}"] = partial(self.commanded, joint)
-            if joint not in HANDS:
-                table[f"Motion/Velocity/Sensor/{joint}"] = partial(self.velocity, joint)
-                table[f"Motion/Torque/Sensor/{joint}"] = partial(self.torque, joint)
+            table[f"Motion/Velocity/Sensor/{joint}"] = partial(self.velocity, joint)
+            table[f"Motion/Torque/Sensor/{joint}"] = partial(self.torque, joint)
         return table
 
     def velocity(self, joint: str) -> float:

@@ -194,6 +194,8 @@ def stamp(moment: float | None = None) -> list[int]:
 def _names(keys: Any, method: str) -> list[str]:
     if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
         raise NaoqiRefused(f"ALMemory.{method}: {keys!r:.60} was given; a list of names is expected.")
+    if len(keys) > MAX_DATA:
+        raise NaoqiRefused(f"ALMemory.{method}: {len(keys)} names were given; {MAX_DATA} at most are taken.")
     return keys
 
 
@@ -219,10 +221,11 @@ class Events:
     Args:
         memory: for their values.
         publish: called for each raised event.
+        has_signal: event -> whether a client has its signal (`ALMemory.subscriber`).
     """
 
-    def __init__(self, memory: Memory, publish: Publish) -> None:
-        self._memory, self._publish = memory, publish
+    def __init__(self, memory: Memory, publish: Publish, has_signal: Callable[[str], bool]) -> None:
+        self._memory, self._publish, self._has_signal = memory, publish, has_signal
         self._declared: dict[str, str] = {}
         """Event -> the extractor that raises it, or an empty name."""
         self._micro: set[str] = set()
@@ -303,6 +306,10 @@ class Events:
     def subscribers(self, name: str) -> list[str]:
         """Modules with a subscription to an event."""
         return sorted(self._subscriptions.get(name, {}))
+
+    def listened(self, name: str) -> bool:
+        """Whether a module or a signal waits for an event, which then starts its extractor."""
+        return bool(self._subscriptions.get(name)) or self._has_signal(name)
 
     @offers("ALMemory.removeEvent", "ALMemory.removeMicroEvent")
     def forget(self, name: str) -> None:

@@ -28,6 +28,8 @@ WALK_STIFFNESS: Final = 0.6
 """Stiffness that the legs must exceed for a walk (confirmed: vendor's page)."""
 FOOT_CONTACT: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
 LEG_STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
+FALL_MANAGER_SWITCH: Final = "ENABLE_DISACTIVATION_OF_FALL_MANAGER"
+"""Whether programs may switch the fall manager off."""
 
 
 def stays_stiff(stiffnesses: Any) -> bool:
@@ -45,10 +47,11 @@ class WalkProtection:
 
     def __init__(self, joints: Joints) -> None:
         self._joints = joints
-        self._enabled = {FOOT_CONTACT: True, LEG_STIFFNESS: True}
+        self._enabled = {FOOT_CONTACT: True, LEG_STIFFNESS: True, FALL_MANAGER_SWITCH: True}
 
     @offers(
-        "ALMotion.setMotionConfig", partly="the two conditions hold when a walk begins; they do not end a walk"
+        "ALMotion.setMotionConfig",
+        partly="two conditions of a walk's beginning; the fall manager may always be switched off",
     )
     def configure(self, config: Pairs) -> None:
         """Switch conditions on or off: `[[name, True or False], ...]`.

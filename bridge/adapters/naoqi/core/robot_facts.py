@@ -202,7 +202,10 @@ def _xml(preferences: Mapping[str, str]) -> str:
 
 _GET_READERS: Final = ("ALMotion", "ALAutonomousMoves")
 """Services with readers `get...` of their switches; others have `is...`."""
-_OF_A_PART: Final = ("IdlePostureEnabled", "ExternalCollisionProtectionEnabled", "Parameter")
+_OF_A_PART: Final = (
+    *("IdlePostureEnabled", "ExternalCollisionProtectionEnabled", "SafeguardEnabled"),
+    *("Parameter",),
+)
 """Settings of a chain, protection or name, which is the first argument."""
 _SETTINGS: Final[dict[str, Any]] = {
     "ALMotion.IdlePostureEnabled": False,
@@ -212,6 +215,7 @@ _SETTINGS: Final[dict[str, Any]] = {
     "ALMotion.ExternalCollisionProtectionEnabled": True,
     "ALMotion.OrthogonalSecurityDistance": 0.4,
     "ALMotion.TangentialSecurityDistance": 0.1,
+    "ALAutonomousLife.SafeguardEnabled": True,
     "ALAutonomousBlinking.Enabled": False,
     "ALBackgroundMovement.Enabled": False,
     "ALListeningMovement.Enabled": False,

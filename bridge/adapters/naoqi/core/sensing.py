@@ -238,7 +238,7 @@ class Extractor:
     @property
     def running(self) -> bool:
         """Whether the service or one of its events has a subscriber."""
-        return bool(self._subscribers) or any(self._events.subscribers(event) for event in self._raised)
+        return bool(self._subscribers) or any(map(self._events.listened, self._raised))
 
     @property
     def period(self) -> int:

@@ -392,7 +392,7 @@ class WalkerHandover:
         self._store_status(status)
 
     def _stop_walk(self) -> None:
-        if self._client is not None:
+        if self._holds and self._client is not None:
             self._interrupt()
             self._stopping, self._accepted = True, 0
             self._status = self._client.stop()

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, NamedTuple
 
 from bridge.adapters.naoqi.core.motion_tasks import pass_on
 from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
-from bridge.adapters.naoqi.declared import Answers, OneOf, number, offers, text
+from bridge.adapters.naoqi.declared import Answers, OneOf, clipped, offers, text
 from bridge.errors import NaoqiRefused
 from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
@@ -104,13 +104,13 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
         frequency: of the steps, 0 to 1.
 
     Raises:
-        NaoqiRefused: not such a list, or a value beyond its limits.
+        NaoqiRefused: not such a list, or a value far beyond its limits.
     """
     given: dict[str, float] = {}
     for config in configs:
         if isinstance(config, list):
             given |= _given(method, config)
-    quickness = number(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
+    quickness = clipped(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
     feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
     periods = [_SLOW_STEP + quickness * of["MaxStepFrequency"] * (QUICK_STEP - _SLOW_STEP) for of in feet]
     across = [of["MaxStepY"] - max(_MIN_FEET_DISTANCE, 2.0 * _FEET_DISTANCE - of["MaxStepY"]) for of in feet]
@@ -134,7 +134,7 @@ def _given(method: str, config: list[Any]) -> Mapping[str, float]:
             logger.warning("%s: %.40s of the configuration is not known and left out", method, row[0])
             continue
         limits = _LIMITS.get(name, (0.0, 1.0))
-        values[full_name] = number(_as_number(row[1]), f"{method}: {row[0]}", *limits)
+        values[full_name] = clipped(_as_number(row[1]), f"{method}: {row[0]}", *limits)
     return values
 
 
@@ -369,9 +369,9 @@ class WalkingMethods:
 def _three(method: str, values: Sequence[Any], bound: float) -> Vec3:
     x, y, theta = values
     return (
-        number(x, f"{method}: x", -bound, bound),
-        number(y, f"{method}: y", -bound, bound),
-        number(theta, f"{method}: theta", -bound, bound),
+        clipped(x, f"{method}: x", -bound, bound),
+        clipped(y, f"{method}: y", -bound, bound),
+        clipped(theta, f"{method}: theta", -bound, bound),
     )
 
 

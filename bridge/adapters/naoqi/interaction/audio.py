@@ -9,7 +9,7 @@ import itertools
 import logging
 import wave
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -21,15 +21,14 @@ from bridge.adapters.naoqi.declared import (
     INERT,
     Answers,
     Duration,
-    NewFile,
     Own,
     Range,
-    RobotFile,
     Setting,
     number,
     offers,
     text,
 )
+from bridge.adapters.naoqi.robot_files import NewFile, RobotFile, RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -47,7 +46,7 @@ class _File:
     """A loaded file."""
 
     path: Path
-    seconds: float
+    seconds: float = 0.0
     volume: float = 1.0
     place: float = 0.0
     """Present position, s."""
@@ -71,13 +70,16 @@ class AudioPlayer:
         tasks: for calls that end with the file.
         now: the robot's clock, ms.
         numbers: for files, different from the calls'.
+        files: of the robot.
     """
 
     master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, INERT)
     output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], INERT)
 
-    def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
-        self._tasks, self._now = tasks, now
+    def __init__(
+        self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int], files: RobotFiles
+    ) -> None:
+        self._tasks, self._now, self.files = tasks, now, files
         self._files: dict[int, _File] = {}
         self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
         """File of each call of `playFile`."""
@@ -85,23 +87,27 @@ class AudioPlayer:
         self._muted = False
 
     @offers("ALAudioPlayer.loadFile", partly=SILENT)
-    def load(self, path: RobotFile) -> int:
+    def load(self, path: RobotFile) -> Future[int]:
         """Load a file; its number. One that is missing or no WAV file has no duration, with a warning."""
+        return self._load(path)[1]
+
+    def _load(self, path: Path) -> tuple[int, Future[int]]:
+        """Number of a file, and the end of its loading."""
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
-        try:
-            if path.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
-                seconds = _OWN_SECONDS
-            else:
-                with wave.open(str(path), "rb") as sound:
-                    seconds = sound.getnframes() / max(1, sound.getframerate())
-        except (OSError, ValueError, wave.Error, EOFError) as error:
-            seconds = 0.0
-            reason = getattr(error, "strerror", None) or "no WAV file"
-            logger.warning("ALAudioPlayer: %.80s is left out (%s)", path, reason)
-        key = next(self._numbers)
-        self._files[key] = _File(path, seconds)
-        return key
+        key, file = next(self._numbers), _File(path)
+        self._files[key] = file
+        if path.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
+            file.seconds = _OWN_SECONDS
+            loaded: Future[int] = Future()
+            loaded.set_result(key)
+            return key, loaded
+
+        def store(seconds: float) -> int:
+            file.seconds = seconds
+            return key
+
+        return key, self.files.load(path, _duration, store)
 
     def _file(self, key: Any) -> _File:
         if isinstance(key, bool) or not isinstance(key, int) or key not in self._files:
@@ -144,10 +150,10 @@ class AudioPlayer:
         return self._play_from(path, position, True, volume)
 
     def _play_from(self, path: Path, position: float, loop: bool, volume: float) -> Future[Any]:
-        key = self.load(path)
+        key, loaded = self._load(path)
         file = self._files[key]
-        file.place = min(position, file.seconds)
-        playing = self.play(file, volume, loop=loop)
+        file.volume, file.place = volume, position
+        playing = self._tasks.begin(self._played(file, loop, loaded))
         self._played_by[playing] = key
         return playing
 
@@ -156,9 +162,11 @@ class AudioPlayer:
         if playing in self._played_by:
             self._files[number] = self._files[self._played_by.pop(playing)]
 
-    def _played(self, file: _File, loop: bool) -> MotionTask:
+    def _played(self, file: _File, loop: bool, loaded: Future[int] | None = None) -> MotionTask:
         file.playing = mine = next(self._plays)
         file.paused = False
+        while loaded is not None and not loaded.done():
+            yield self._now() + 1
         logger.info("the robot would play %s", file.path)
         while file.playing == mine:
             before = self._now()
@@ -314,6 +322,19 @@ class Microphones:
         self._listeners.pop(module, None)
 
 
+def _duration(path: Path) -> float:
+    """Duration of a WAV file, s; 0 with a warning: there is none."""
+    try:
+        if path.exists() and not path.is_file():
+            raise wave.Error
+        with wave.open(str(path), "rb") as sound:
+            return sound.getnframes() / max(1, sound.getframerate())
+    except (OSError, ValueError, wave.Error, EOFError) as error:
+        reason = getattr(error, "strerror", None) or "no WAV file"
+        logger.warning("ALAudioPlayer: %.80s is left out (%s)", path, reason)
+        return 0.0
+
+
 _ALLOWED_FORMATS: Final = ((4, 48_000), (1, 16_000))
 """Channels and rate, Hz (vendor's page)."""
 MAX_SECONDS: Final = 600.0
@@ -334,12 +355,12 @@ class Recorder:
 
     Args:
         now: the robot's clock, ms.
+        files: of the robot.
     """
 
-    def __init__(self, now: Callable[[], int]) -> None:
-        self._now = now
+    def __init__(self, now: Callable[[], int], files: RobotFiles) -> None:
+        self._now, self.files = now, files
         self._recording: _Recording | None = None
-        self._writer = ThreadPoolExecutor(1, "recorder")
 
     @offers("ALAudioRecorder.startMicrophonesRecording", partly="silence: there are no microphones")
     def _start(self, path: NewFile, kind: Any, rate: Any, channels: Any) -> None:
@@ -365,7 +386,7 @@ class Recorder:
         if recording is None:
             return None
         seconds = min(MAX_SECONDS, 0.001 * (self._now() - recording.began))
-        return self._writer.submit(_write, recording, seconds)
+        return in_thread(lambda: _write(recording, seconds))
 
     energies = Answers(
         {

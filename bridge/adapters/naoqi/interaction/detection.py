@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, cast
 
 from bridge.adapters.naoqi.core.cameras import CAMERAS, CameraFeed
 from bridge.adapters.naoqi.core.frames import RobotFrames, position6
 from bridge.adapters.naoqi.core.memory import Events, stamp
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
 from bridge.adapters.naoqi.declared import INERT, Answers, Range, Setting, number, offers, text
 from bridge.body import Body
@@ -150,6 +152,10 @@ PERIOD: Final = 100
 """Default between two results, ms (assumed)."""
 
 
+LEARN_TIME: Final = 5000
+"""ms for which a face to be learnt is looked for (assumed)."""
+
+
 class Detection:
     """One service that detects things of one kind; not thread-safe, the caller locks.
 
@@ -229,8 +235,16 @@ class Faces(Detection):
         "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], INERT
     )
 
-    def __init__(self, scene: Scene, frames: RobotFrames, events: Events) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        frames: RobotFrames,
+        events: Events,
+        tasks: MotionTasks,
+        now: Callable[[], int],
+    ) -> None:
         super().__init__("ALFaceDetection", "face", "FaceDetected", scene, frames, events)
+        self._tasks, self._now = tasks, now
         self._known: dict[str, str] = {}
         """Name of a thing -> its name in events."""
         self._before: list[str] = []
@@ -250,13 +264,19 @@ class Faces(Detection):
 
     @offers("ALFaceDetection.learnFace", partly="for the one face that is seen")
     @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
-    def _learn(self, name: str) -> bool:
-        """Learn the one visible face; false: there are none or several."""
-        faces = list(self._scene.sightings("face", self._camera))
-        if len(faces) != 1:
-            return False
-        self._known[faces[0].name] = name
-        return True
+    def _learn(self, name: str) -> Future[bool]:
+        """Learn the one visible face; false: there are none or several for `LEARN_TIME`."""
+
+        def task() -> MotionTask:
+            end = self._now() + LEARN_TIME
+            while len(faces := list(self._scene.sightings("face", self._camera))) != 1:
+                if self._now() >= end:
+                    return False
+                yield self._now() + PERIOD
+            self._known[faces[0].name] = name
+            return True
+
+        return self._tasks.begin(task())
 
     @offers("ALFaceDetection.forgetPerson")
     def _forget(self, name: str) -> bool:

@@ -7,12 +7,15 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import INERT, Answers, Range, RobotFile, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, Range, offers, text
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, captures, parse, plain_words
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
+from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
+from bridge.config import read_limited
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -28,11 +31,14 @@ MAX_ANSWER: Final = 2000
 """Letters of an answer."""
 _MAX_JUMPS: Final = 20
 """`^goto` in one answer."""
-_EVENTS: Final = (
-    *("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood", "NothingToSay"),
-    *("Tag", "Focus", "ActivateTopic", "DeactivateTopic", "IsStarted"),
-)
-"""Below `Dialog/` (confirmed: vendor's page); their values are assumed."""
+_EVENTS: Final = {
+    **dict.fromkeys(
+        ("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood"), ""
+    ),
+    **dict.fromkeys(("Tag", "Focus", "ActivateTopic", "DeactivateTopic"), ""),
+    **dict.fromkeys(("NothingToSay", "IsStarted"), 0),
+}
+"""Below `Dialog/` (confirmed: vendor's page), with their initial values (assumed)."""
 _CHOICE: Final = re.compile(r"(\^\w+)?\s*\[([^\[\]]*)\]")
 _OPTION: Final = re.compile(r'"([^"]*)"|(\S+)')
 
@@ -44,10 +50,17 @@ class Dialog:
         events: to be raised, and read as variables.
         read: value of a key of ALMemory; raises `NaoHilError` if there is none.
         speak: speaks an answer; done at its end.
+        files: of the robot.
     """
 
-    def __init__(self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]]) -> None:
-        self._events, self._read, self._speak = events, read, speak
+    def __init__(
+        self,
+        events: Events,
+        read: Callable[[str], Any],
+        speak: Callable[[str], Future[Any]],
+        files: RobotFiles,
+    ) -> None:
+        self._events, self._read, self._speak, self.files = events, read, speak, files
         self._topics: dict[str, Topic] = {}
         self._active: list[str] = []
         self._subscribers: set[str] = set()
@@ -63,8 +76,8 @@ class Dialog:
         """Number of uses of each answer with alternatives."""
         self._answers = False
         self._focus, self._language, self._threshold = "", "English", 0.5
-        for event in _EVENTS:
-            events.declare(f"Dialog/{event}", "ALDialog")
+        for event, value in _EVENTS.items():
+            events.declare(f"Dialog/{event}", "ALDialog", value)
 
     def hear(self, said: str) -> None:
         """Answer an utterance of a person, if there is a subscriber."""
@@ -243,20 +256,16 @@ class Dialog:
         "ALDialog.loadTopic",
         partly="functions of answers but ^goto, ^rand and ^first are left out; a negation never matches",
     )
-    def _load_file(self, path: RobotFile) -> str:
-        try:
-            with path.open("rb") as source:
-                content = source.read(MAX_TOPIC + 1)
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise NaoqiRefused(f"ALDialog.loadTopic: {str(path)!r:.80} cannot be read ({reason}).") from None
-        return self._load(content.decode("utf-8", "replace"))
+    def _load_file(self, path: RobotFile) -> Future[str]:
+        return self.files.load(path, _read_topic, self._store)
 
     @offers("ALDialog.loadTopicContent", partly="as loadTopic")
-    def _load(self, content: str) -> str:
+    def _load(self, content: str) -> Future[str]:
         if len(content) > MAX_TOPIC:
             raise NaoqiRefused(f"ALDialog: the topic is longer than {MAX_TOPIC} letters.")
-        topic = parse(content)
+        return self.files.load(content, parse, self._store)
+
+    def _store(self, topic: Topic) -> str:
         if len(self._topics) >= MAX_TOPICS and topic.name not in self._topics:
             raise NaoqiRefused(f"ALDialog: {MAX_TOPICS} topics are loaded already; unload some.")
         self._topics[topic.name] = topic
@@ -365,6 +374,10 @@ class Dialog:
         {"ALDialog.compileAll": lambda self: None},
         partly="without effect: topics are ready when they are loaded",
     )
+
+
+def _read_topic(path: Path) -> Topic:
+    return parse(read_limited(path, MAX_TOPIC, "give a topic of QiChat").decode("utf-8", "replace"))
 
 
 def _of_words(words: str) -> Pattern:

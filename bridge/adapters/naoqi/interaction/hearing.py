@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import re
+from concurrent.futures import Future
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
 from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, number, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
+from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
+from bridge.config import read_limited
 from bridge.errors import NaoqiRefused
 
 NOTHING_RECOGNIZED: Final[list[Any]] = ["", -3.0]
 """Initial value of `WordRecognized` (assumed)."""
 MAX_WORDS: Final = 10_000
+MAX_UTTERANCE: Final = 2000
+"""Letters of an utterance."""
+MAX_VOCABULARY: Final = 1 << 20
+"""bytes of a vocabulary's file"""
 _STATUS: Final = "ALSpeechRecognition/Status"
 _PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0, 1.0)}
 """Parameter -> smallest, largest and initial value."""
@@ -27,20 +35,22 @@ class SpeechRecognition:
 
     Args:
         events: to be raised.
+        files: of the robot.
     """
 
     language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
     audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, INERT)
 
-    def __init__(self, events: Events) -> None:
-        self._events = events
+    def __init__(self, events: Events, files: RobotFiles) -> None:
+        self._events, self.files = events, files
         self.extractor = Extractor(
             "ALSpeechRecognition",
             events,
             ["WordRecognized", "LastWordRecognized", "SpeechDetected"],
             left_out="it recognizes text that NaoHil.hear gives, not sound",
         )
-        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING_RECOGNIZED))
+        for event in ("WordRecognized", "LastWordRecognized"):
+            events.declare(event, "ALSpeechRecognition", list(NOTHING_RECOGNIZED))
         events.declare("SpeechDetected", "ALSpeechRecognition", False)
         events.declare(_STATUS, "ALSpeechRecognition", "Idle")
         self._words: list[str] = []
@@ -58,10 +68,10 @@ class SpeechRecognition:
             return []
         self._events.raise_event(_STATUS, "SpeechDetected")
         self._events.raise_event("SpeechDetected", True)
-        plain = _plain(said)
+        plain = _plain(said[:MAX_UTTERANCE])
         known = {_plain(word): word for word in self._words}
         if self._spots:
-            found = [word for key, word in known.items() if re.search(rf"\b{re.escape(key)}\b", plain)]
+            found = [word for key, word in known.items() if key and f" {key} " in f" {plain} "]
         else:
             found = [known[plain]] if plain in known else []
         found.sort(key=len, reverse=True)
@@ -86,6 +96,10 @@ class SpeechRecognition:
             )
         self._spots = spots
         self._words = words[:MAX_WORDS]
+
+    @offers("ALSpeechRecognition.loadVocabulary", partly="the words in quotation marks of a .lxd file")
+    def _load_words(self, path: RobotFile) -> Future[None]:
+        return self.files.load(path, _read_words, self._set_words)
 
     @offers("ALSpeechRecognition.pause")
     def _pause(self, paused: bool) -> None:
@@ -121,6 +135,11 @@ class SpeechRecognition:
             "ALSpeechRecognition._enableFreeSpeechToText": lambda self: None,
         }
     )
+
+
+def _read_words(path: Path) -> list[str]:
+    content = read_limited(path, MAX_VOCABULARY, "give a vocabulary (.lxd)").decode("utf-8", "replace")
+    return re.findall(r'"([^"\n]+)"', content)
 
 
 def _plain(words: str) -> str:

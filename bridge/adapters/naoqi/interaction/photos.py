@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import INERT, Answers, Choice, OneOf, Range, Setting, new_file, offers
+from bridge.adapters.naoqi.declared import INERT, Answers, Choice, OneOf, Range, Setting, offers
+from bridge.adapters.naoqi.robot_files import RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
 FORMATS: Final = {
@@ -34,14 +35,15 @@ class _Setup:
 
     Args:
         service: of the settings.
+        files: of the robot.
     """
 
     camera = Setting(".CameraID", 0, Annotated[int, Choice(0, 1)])
     resolution = Setting(".Resolution", 1, Annotated[int, Choice(0, 1, 2)])
     space = Setting(".ColorSpace", COLOUR, Annotated[int, Choice(GREY, COLOUR)])
 
-    def __init__(self, service: str) -> None:
-        self.service = service
+    def __init__(self, service: str, files: RobotFiles) -> None:
+        self.service, self._files = service, files
 
     @property
     def size(self) -> tuple[int, int]:
@@ -56,7 +58,7 @@ class _Setup:
             NaoqiRefused: it cannot be written, or exists and must not be replaced.
         """
         where = f"{self.service}.{method}"
-        path = new_file(f"{folder}/{name}", f"{where}: file")
+        path = self._files.new_file(f"{folder}/{name}")
         if os.path.exists(path) and not overwrite:
             raise NaoqiRefused(f"{where}: {path} is there already; another name or overwrite is expected.")
         return path
@@ -69,15 +71,16 @@ class PhotoCapture:
         feed: pictures of its cameras.
         tasks: for series of pictures.
         now: the robot's clock, ms.
+        files: of the robot.
     """
 
     form = Setting("ALPhotoCapture.PictureFormat", "jpg", Annotated[str, OneOf("format", FORMATS)])
     interval = Setting("ALPhotoCapture.CaptureInterval", 200, Annotated[int, Range(0, 3.6e6, "ms")])
     half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, INERT, reader="is", returns=True)
 
-    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
+    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int], files: RobotFiles) -> None:
         self._feed, self._tasks, self._now = feed, tasks, now
-        self.setup = _Setup("ALPhotoCapture")
+        self.setup = _Setup("ALPhotoCapture", files)
 
     @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
     def _take(self, folder: str, name: str, overwrite: bool = True) -> Future[Any]:
@@ -142,14 +145,14 @@ class VideoRecorder:
         feed: pictures of its cameras.
         tasks: for the recording.
         now: the robot's clock, ms.
+        files: of the robot.
     """
 
-    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int]) -> None:
+    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int], files: RobotFiles) -> None:
         self._feed, self._tasks, self._now = feed, tasks, now
-        self.setup, self._rate = _Setup("ALVideoRecorder"), 15
+        self.setup, self._rate = _Setup("ALVideoRecorder", files), 15
         self._path: Path | None = None
         self._taken: list[Future[Any]] = []
-        self._writer = ThreadPoolExecutor(1, "film")
 
     @offers("ALVideoRecorder.startRecording", partly="the pictures of ALVideoDevice, 9000 at most")
     def _start(self, folder: str, name: str, overwrite: bool = True) -> None:
@@ -179,7 +182,8 @@ class VideoRecorder:
             raise NaoqiRefused(
                 "ALVideoRecorder.stopRecording: nothing is being recorded; startRecording begins."
             )
-        return self._writer.submit(_write_film, path, list(self._taken), self.setup.size, self._rate)
+        taken, size, rate = list(self._taken), self.setup.size, self._rate
+        return in_thread(lambda: _write_film(path, taken, size, rate))
 
     @offers("ALVideoRecorder.setVideoFormat", partly="MJPG")
     def _set_format(self, form: Any) -> None:

@@ -14,14 +14,15 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Generator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import INERT, Answers, NewFile, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.robot_files import NewFile, RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
 PROGRAM: Final = "espeak-ng"
@@ -224,11 +225,9 @@ class Speech:
         "one voice speaks, under any of the vendor's names",
     )
 
-    def __init__(self, tasks: MotionTasks, events: Events, now: Callable[[], int]) -> None:
-        self._tasks, self._events, self._now = tasks, events, now
+    def __init__(self, tasks: MotionTasks, events: Events, now: Callable[[], int], files: RobotFiles) -> None:
+        self._tasks, self._events, self._now, self.files = tasks, events, now, files
         self._voice = Voice()
-        self._writer = ThreadPoolExecutor(1)
-        """Writes files outside the robot's cycle."""
         self._numbers = itertools.count(1)
         self._waiting: list[int] = []
         """Numbers of the present text and the waiting ones."""
@@ -351,7 +350,7 @@ class Speech:
     def _to_file(self, sentence: Any, path: NewFile) -> Future[Any]:
         spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
         settings = (self.language, self._parameters["speed"], self.volume)
-        return self._writer.submit(self._voice.write, spoken.plain, *settings, path)
+        return in_thread(lambda: self._voice.write(spoken.plain, *settings, path))
 
     @offers("ALTextToSpeech.stopAll")
     def stop_all(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from threading import RLock
 from types import SimpleNamespace
 from typing import Any
@@ -49,9 +50,12 @@ class Robot:
         body: str = "nao-v5",
         walks: dict[str, Callable[..., Any]] | None = None,
         feed: CameraFeed | None = None,
+        home: Path = Path("/nonexistent"),
     ) -> None:
         self.frame = frame
         self.events: list[tuple[str, Any]] = []
+        self.signals: set[str] = set()
+        """Events whose signal a client has."""
         self.commanded = 0
         self.services = Services(
             RobotConfig(load_body(body), "nao"),
@@ -61,7 +65,9 @@ class Robot:
             lambda: None,
             self.count,
             lambda event, value, callbacks: self.events.append((event, value)),
+            home,
             feed,
+            lambda event: event in self.signals,
         )
 
     def count(self) -> None:

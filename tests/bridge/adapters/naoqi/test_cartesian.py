@@ -246,11 +246,39 @@ def test_a_landmark_is_detected_where_the_cameras_geometry_says(robot: Robot) ->
     assert robot.events[-1] == ("LandmarkDetected", [])
 
 
+def test_a_signal_of_an_event_starts_its_extractor(robot: Robot) -> None:
+    """As `subscribeToEvent` does (vendor's page): the NAOMark box of Choregraphe has an event input only."""
+    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
+    place: list[Any] = [float(x) for x in (camera @ (1.0, 0.0, 0.0, 1.0))[:3]]
+    robot.call("NaoHil", "show", "landmark", 64, place)
+    robot.run(0.5)
+    assert not robot.events
+    robot.signals.add("LandmarkDetected")
+    robot.run(0.5)
+    assert {name for name, _ in robot.events} == {"LandmarkDetected"}
+    robot.signals.clear()
+    robot.events.clear()
+    robot.run(0.5)
+    assert not robot.events
+
+
+def test_a_face_is_learnt_that_appears_a_little_later(robot: Robot) -> None:
+    """A program learns it in its first line, and the cameras report some cycles later."""
+    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
+    place: list[Any] = [float(x) for x in (camera @ (0.8, 0.0, 0.0, 1.0))[:3]]
+    learnt = robot.call("ALFaceDetection", "learnFace", "Anna")
+    robot.run(1.0)
+    assert not learnt.done()
+    robot.call("NaoHil", "show", "face", "somebody", place)
+    assert robot.wait(learnt) is True
+    assert robot.call("ALFaceDetection", "getLearnedFacesList") == ["Anna"]
+
+
 def test_a_face_is_known_once_it_was_learnt(robot: Robot) -> None:
     camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
     place: list[Any] = [float(x) for x in (camera @ (0.8, 0.0, 0.0, 1.0))[:3]]
     robot.call("NaoHil", "show", "face", "somebody", place)
-    assert robot.call("ALFaceDetection", "learnFace", "Anna") is True
+    assert robot.wait(robot.call("ALFaceDetection", "learnFace", "Anna")) is True
     robot.call("ALMemory", "subscribeToEvent", "FaceDetected", "Module", "onFace")  # starts the extractor, too
     robot.run(0.2)
     [_, [face, filtered], *_] = robot.call("ALMemory", "getData", "FaceDetected")

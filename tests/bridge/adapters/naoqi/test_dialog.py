@@ -36,7 +36,7 @@ proposal: %second Anything else?
 @pytest.fixture
 def robot(standing: Callable[..., SensorFrame]) -> Robot:
     robot = Robot(standing())
-    name = robot.call("ALDialog", "loadTopicContent", TOPIC)
+    name = robot.wait(robot.call("ALDialog", "loadTopicContent", TOPIC))
     assert name == "mine"
     robot.call("ALDialog", "activateTopic", name)
     robot.call("ALDialog", "subscribe", "me")
@@ -165,7 +165,7 @@ def test_words_that_the_robot_hears_are_answered_while_somebody_has_subscribed(r
 )
 def test_what_is_no_topic_is_refused_with_its_line(robot: Robot, source: str, sentence: str) -> None:
     with pytest.raises(NaoqiRefused, match=sentence):
-        robot.call("ALDialog", "loadTopicContent", source)
+        robot.wait(robot.call("ALDialog", "loadTopicContent", source))
 
 
 def matched(rule: str, words: str) -> tuple[tuple[str, ...] | None, int]:
@@ -192,5 +192,5 @@ def test_a_match_that_takes_too_long_and_a_concept_of_itself_are_none() -> None:
 
 def test_answers_that_lead_to_themselves_end(robot: Robot) -> None:
     topic = "topic: ~loop()\nu:(loop) ^goto(t)\nproposal: %t ^goto(t) again ^goto(t)"
-    robot.call("ALDialog", "activateTopic", robot.call("ALDialog", "loadTopicContent", topic))
+    robot.call("ALDialog", "activateTopic", robot.wait(robot.call("ALDialog", "loadTopicContent", topic)))
     assert said(robot, "loop") == " ".join(["again"] * 20)

@@ -219,7 +219,7 @@ def test_a_loop_of_sound_lasts_until_it_is_stopped_and_a_sound_as_long_as_it_is(
     assert not looped.done()
     robot.call("ALAudioPlayer", "stopAll")
     assert robot.wait(looped) is None
-    key = robot.call("ALAudioPlayer", "loadFile", "/usr/share/naoqi/wav/a.wav")
+    key = robot.wait(robot.call("ALAudioPlayer", "loadFile", "/usr/share/naoqi/wav/a.wav"))
     played = robot.call("ALAudioPlayer", "play", key)
     robot.run(0.5 * robot.call("ALAudioPlayer", "getFileLength", key))
     assert not played.done()
@@ -233,7 +233,7 @@ def test_a_sound_that_is_missing_is_left_out_with_a_warning(
 ) -> None:
     """The program's motions are worth seeing without its music."""
     for method in ("playFile", "playFileInLoop"):
-        assert robot.wait(robot.call("ALAudioPlayer", method, "/home/nao/song.mp3"), 0.2) is None
+        assert robot.wait(robot.call("ALAudioPlayer", method, "/home/nao/song.mp3")) is None
     assert "song.mp3 is left out (No such file or directory)" in caplog.text
 
 

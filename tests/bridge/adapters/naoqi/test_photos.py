@@ -35,8 +35,8 @@ class Painter:
 
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    return Robot(standing(), feed=Painter())
+def robot(standing: Callable[..., SensorFrame], tmp_path: Path) -> Robot:
+    return Robot(standing(), feed=Painter(), home=tmp_path)
 
 
 def test_a_picture_is_the_file_that_is_named(robot: Robot, tmp_path: Path) -> None:
@@ -45,16 +45,16 @@ def test_a_picture_is_the_file_that_is_named(robot: Robot, tmp_path: Path) -> No
     robot.call("ALPhotoCapture", "setColorSpace", 0)
     robot.call("ALPhotoCapture", "setPictureFormat", "png")
     file = tmp_path / "one.png"
-    assert robot.wait(robot.call("ALPhotoCapture", "takePicture", str(tmp_path), "one")) == [str(file)]
+    assert robot.wait(robot.call("ALPhotoCapture", "takePicture", "/home/nao", "one")) == [str(file)]
     assert file.read_text() == "(1, 640, 480, 0, 'png')"
     with pytest.raises(NaoqiRefused, match="is there already"):
-        robot.call("ALPhotoCapture", "takePicture", str(tmp_path), "one", False)
-    robot.wait(robot.call("ALPhotoCapture", "takePicture", f"{tmp_path}/", "one.png"))
+        robot.call("ALPhotoCapture", "takePicture", "/home/nao", "one", False)
+    robot.wait(robot.call("ALPhotoCapture", "takePicture", "/home/nao/", "one.png"))
 
 
 def test_pictures_of_a_series_are_numbered_and_as_far_apart_as_was_set(robot: Robot, tmp_path: Path) -> None:
     robot.call("ALPhotoCapture", "setCaptureInterval", 500)
-    done = robot.call("ALPhotoCapture", "takePictures", 3, str(tmp_path), "image")
+    done = robot.call("ALPhotoCapture", "takePictures", 3, "/home/nao", "image")
     robot.run(0.9)
     assert not done.done()
     names = [str(tmp_path / f"image_{i}.jpg") for i in range(3)]
@@ -64,16 +64,16 @@ def test_pictures_of_a_series_are_numbered_and_as_far_apart_as_was_set(robot: Ro
 
 def test_a_film_has_as_many_pictures_as_its_rate_and_its_time_give(robot: Robot, tmp_path: Path) -> None:
     robot.call("ALVideoRecorder", "setFrameRate", 10)
-    robot.call("ALVideoRecorder", "startRecording", str(tmp_path), "film")
+    robot.call("ALVideoRecorder", "startRecording", "/home/nao", "film")
     assert robot.call("ALVideoRecorder", "isRecording") is True
     with pytest.raises(NaoqiRefused, match="is being recorded"):
-        robot.call("ALVideoRecorder", "startRecording", str(tmp_path), "other")
+        robot.call("ALVideoRecorder", "startRecording", "/home/nao", "other")
     robot.run(2.05)
     count, path = robot.call("ALVideoRecorder", "stopRecording").result(10.0)
     assert (count, path) == (21, str(tmp_path / "film.avi"))
     assert robot.call("ALVideoRecorder", "isRecording") is False
     with pytest.raises(NaoqiRefused, match="is there already"):
-        robot.call("ALVideoRecorder", "startRecording", str(tmp_path), "film.avi", False)
+        robot.call("ALVideoRecorder", "startRecording", "/home/nao", "film.avi", False)
 
 
 def chunks(data: bytes) -> list[tuple[bytes, bytes]]:

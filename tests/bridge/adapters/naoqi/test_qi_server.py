@@ -13,9 +13,10 @@ from typing import Any
 
 import pytest
 
+from bridge.adapters.naoqi.qi_connection import Message
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.errors import LinkError, NaoqiRefused
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 from tests.ports import free_port
 
 qi = pytest.importorskip("qi", reason="qi has no wheel here")
@@ -89,6 +90,54 @@ def test_an_event_reaches_its_subscribers_and_no_others(served: Served) -> None:
     assert other == []
 
 
+def test_two_subscribers_of_one_program_are_both_called(served: Served) -> None:
+    """With one object for both, libqi gives the reply of the second connect to the wrong one, and it hangs."""
+    memory, heard = served.session.service("ALMemory"), list[tuple[int, float]]()
+    keep = [memory.subscriber("FrontTactilTouched") for _ in range(2)]
+    for number, subscriber in enumerate(keep):
+        connected = subscriber.signal.connect(lambda v, n=number: heard.append((n, v)), _async=True)
+        assert connected.wait(5000) == qi.FutureState.FinishedWithValue
+    served.server.publish("FrontTactilTouched", 1.0, [])
+    until(lambda: len(heard) == 2, "both calls")
+    assert sorted(heard) == [(0, 1.0), (1, 1.0)]
+
+
+def test_the_objects_of_a_program_that_is_gone_are_dropped(served: Served) -> None:
+    other = qi.Session()
+    other.connect(f"tcp://127.0.0.1:{served.port}")
+    keep = [other.service("ALMemory").subscriber(f"event {i}") for i in range(3)]
+    assert len(served.server._objects) == len(keep)
+    assert served.server.has_signal("event 2")
+    other.close()
+    until(lambda: not served.server._objects, "the end of its objects")
+    assert not served.server.has_signal("event 2")
+
+
+def test_a_long_message_delays_no_other_call(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    decoding, decoded, values = threading.Event(), threading.Event(), Message.values
+
+    def slow(message: Message, signature: str) -> list[Any]:
+        if len(message.payload) > 1 << 20:
+            decoding.set()
+            decoded.wait(TIMEOUT)
+        return values(message, signature)
+
+    monkeypatch.setattr(Message, "values", slow)
+    memory = served.session.service("ALMemory")
+    long = memory.echo("x" * (1 << 20), _async=True)
+    assert decoding.wait(TIMEOUT)
+    assert memory.echo(1) == [1]
+    decoded.set()
+    assert len(long.value()[0]) == 1 << 20
+
+
+def test_a_message_that_is_too_long_is_refused_and_the_next_one_is_answered(served: Served) -> None:
+    memory = served.session.service("ALMemory")
+    with pytest.raises(RuntimeError, match=str(1 << 24)):
+        memory.echo("x" * (1 << 24))
+    assert memory.echo(1) == [1]
+
+
 def test_a_module_of_a_program_is_called_in_the_order_of_the_events(served: Served) -> None:
     heard: list[Any] = []
 
@@ -122,11 +171,14 @@ def test_a_program_that_is_gone_has_no_services(served: Served) -> None:
 def test_log_manager_tells_the_servers_log(served: Served) -> None:
     """A ROS driver asks for its listener when it starts, and splits `source` at colons."""
     heard: list[Any] = []
-    listener = served.session.service("LogManager").getListener()
+    manager, second = served.session.service("LogManager"), list[Any]()
+    listener, other = manager.getListener(), manager.createListener()
     listener.onLogMessage.connect(heard.append)
+    connected = other.onLogMessage.connect(second.append, _async=True)
+    assert connected.wait(5000) == qi.FutureState.FinishedWithValue
     listener.clearFilters()
     logging.getLogger("bridge.test").warning("the robot is %s", "gone")
-    until(lambda: heard, "a message of the log")
+    until(lambda: heard and second, "a message of the log for both")
     assert heard[0]["message"] == "the robot is gone"
     assert heard[0]["level"] == {"level": 3}
     assert len(heard[0]["source"].split(":")) == 3

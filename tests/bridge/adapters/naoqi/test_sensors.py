@@ -146,8 +146,20 @@ def test_velocities_are_differences_of_angles() -> None:
     assert measured == pytest.approx((last - before) / 0.01)
     assert measured > 0.5
     assert robot.call("ALMemory", "getData", "Motion/Position/Sensor/HeadYaw") == pytest.approx(last)
-    with pytest.raises(Exception, match="no data"):
-        robot.call("ALMemory", "getData", "Motion/Velocity/Sensor/LHand")
+
+
+def test_each_joint_of_the_body_has_a_velocity_and_a_torque_hands_too() -> None:
+    """A ROS driver reads both of each joint of `Body`; the opening hand moves by its share of the stroke."""
+    robot = Robot(standing_frame(), "nao-v5")
+    robot.call("ALMotion", "setAngles", "LHand", 1.0, 0.2)
+    before, *_, last = (positions[INDEX["LHand"]] for positions in robot.run(0.1)[-2:])
+    robot.run(0.01)
+    for joint in robot.call("ALMotion", "getBodyNames", "Body"):
+        keys = [f"Motion/{quantity}/Sensor/{joint}" for quantity in ("Velocity", "Torque")]
+        assert all(isinstance(value, float) for value in robot.call("ALMemory", "getListData", keys))
+    measured = robot.call("ALMemory", "getData", "Motion/Velocity/Sensor/LHand")
+    assert measured == pytest.approx((last - before) / 0.01)
+    assert measured > 0.1
 
 
 def test_a_stalled_motor_has_its_stall_torque() -> None:

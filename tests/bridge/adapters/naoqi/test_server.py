@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -32,7 +33,9 @@ class Link:
 def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
     link: Any = Link()
     nothing: Any = None
-    server = NaoqiServer(link, f"tcp://127.0.0.1:{free_port()}", "omni", nothing, nothing, lambda: False, None)
+    server = NaoqiServer(
+        link, f"tcp://127.0.0.1:{free_port()}", "omni", nothing, nothing, lambda: False, Path("/nonexistent")
+    )
     server._commanding = True
     server._read_notices()
     with pytest.raises(LeaseRefused, match="held by controller `other`"):

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
+import threading
+import time
 import wave
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -11,9 +16,10 @@ from typing import Any
 
 import pytest
 
-from bridge.errors import NaoqiRefused
+from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
+from tests.loops import TIMEOUT
 
 
 @pytest.fixture
@@ -167,7 +173,7 @@ def test_a_method_returns_what_its_page_says(
 ) -> None:
     service, method = call.split(".")
     value = robot.call(service, method, *arguments)
-    assert fits(value), value
+    assert fits(robot.wait(value) if isinstance(value, Future) else value), value
 
 
 @pytest.mark.parametrize(
@@ -196,14 +202,14 @@ def test_a_method_returns_what_its_page_says(
         ("ALVideoDevice.subscribeCamera", ["me", 0, [1], 11, 10], r"resolution \[1\] is not offered"),
         (
             "ALAudioRecorder.startMicrophonesRecording",
-            ["/tmp/heard.wav", "wav", [16000], [0, 0, 1, 0]],
+            ["/home/nao/heard.wav", "wav", [16000], [0, 0, 1, 0]],
             "one of .left, right, front, rear. at 16000 Hz",
         ),
-        ("ALAudioDevice.startMicrophonesRecording", ["heard.wav"], "an absolute path in a folder"),
+        ("ALAudioDevice.startMicrophonesRecording", ["heard.wav"], "an absolute path below /home/nao"),
         ("ALNavigation.explore", [1.0], "moveTo and moveToward walk"),
         ("ALPhotoCapture.setResolution", [3], "value is 3; one of 0, 1, 2 is expected"),
         ("ALPhotoCapture.setPictureFormat", ["gif"], "unknown format 'gif'"),
-        ("ALPhotoCapture.takePicture", ["pictures", "one"], "an absolute path in a folder"),
+        ("ALPhotoCapture.takePicture", ["pictures", "one"], "an absolute path below /home/nao"),
         ("ALVideoRecorder.setVideoFormat", ["IYUV"], "'IYUV' is not written; MJPG is"),
         ("ALVideoRecorder.setFrameRate", [2], "from 3 to 30"),  # MJPG needs more than 2 a second
         ("ALVideoRecorder.stopRecording", [], "nothing is being recorded"),
@@ -220,8 +226,8 @@ def test_a_method_returns_what_its_page_says(
 def test_an_error_says_what_is_wrong_and_what_would_be_right(
     robot: Robot, call: str, arguments: list[Any], sentence: str
 ) -> None:
-    with pytest.raises(NaoqiRefused, match=sentence):
-        robot.call(*call.split("."), *arguments)
+    with pytest.raises(NaoHilError, match=sentence):
+        robot.wait(robot.call(*call.split("."), *arguments))
 
 
 def test_a_said_text_takes_the_time_of_speech_and_raises_its_events_in_order(robot: Robot) -> None:
@@ -240,15 +246,15 @@ def test_a_said_text_takes_the_time_of_speech_and_raises_its_events_in_order(rob
     assert robot.call("ALMemory", "getData", "ALTextToSpeech/Status")[1] == "done"
 
 
-def test_a_recording_is_as_long_as_it_took(robot: Robot, tmp_path: Path) -> None:
+def test_a_recording_is_as_long_as_it_took(standing: Callable[..., SensorFrame], tmp_path: Path) -> None:
+    robot, path = Robot(standing(), home=tmp_path), "/home/nao/heard.wav"
     robot.call("ALAudioRecorder", "stopMicrophonesRecording")
-    file = tmp_path / "heard.wav"
-    robot.call("ALAudioRecorder", "startMicrophonesRecording", str(file), "wav", 16000, [0, 0, 1, 0])
+    robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
     with pytest.raises(NaoqiRefused, match="is being recorded"):
-        robot.call("ALAudioDevice", "startMicrophonesRecording", str(file))
+        robot.call("ALAudioDevice", "startMicrophonesRecording", path)
     robot.run(1.5)
     robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
-    with wave.open(str(file)) as heard:
+    with wave.open(str(tmp_path / "heard.wav")) as heard:
         assert (heard.getnchannels(), heard.getframerate(), heard.getnframes()) == (1, 16000, 24000)
 
 
@@ -346,6 +352,19 @@ def test_a_call_begun_with_post_is_waited_for_and_stopped_by_its_number(robot: R
     assert robot.angle("HeadYaw") == pytest.approx(0.5, abs=0.02)
 
 
+def test_events_of_dialogues_and_words_have_a_value_before_the_first_one(robot: Robot) -> None:
+    for event in ("Dialog/LastInput", "Dialog/Answered", "Dialog/Focus"):
+        assert robot.call("ALMemory", "getData", event) == ""
+    nothing = robot.call("ALMemory", "getData", "WordRecognized")
+    assert robot.call("ALMemory", "getData", "LastWordRecognized") == nothing
+
+
+def test_a_safeguard_is_switched_by_its_name(robot: Robot) -> None:
+    robot.call("ALAutonomousLife", "setSafeguardEnabled", "RobotPushed", False)
+    assert robot.call("ALAutonomousLife", "isSafeguardEnabled", "RobotPushed") is False
+    assert robot.call("ALAutonomousLife", "isSafeguardEnabled", "RobotFell") is True
+
+
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [({"fsr": (0.0,) * 8}, "no foot touches the ground"), ({}, "stiffness of LHipYawPitch")],
@@ -359,8 +378,9 @@ def test_a_walk_begins_with_stiff_legs_on_the_ground_only(
         robot.run(0.05)
     with pytest.raises(NaoqiRefused, match=sentence):
         robot.motion("moveTo", 0.1, 0.0, 0.0)
+    assert robot.motion("moveTo", 0.0, 0.0, 0.0) == "walks"  # no walk begins
     switched_off = [["ENABLE_FOOT_CONTACT_PROTECTION", False], ["ENABLE_STIFFNESS_PROTECTION", 0]]
-    robot.motion("setMotionConfig", switched_off)
+    robot.motion("setMotionConfig", [*switched_off, ["ENABLE_DISACTIVATION_OF_FALL_MANAGER", True]])
     assert robot.motion("moveTo", 0.1, 0.0, 0.0) == "walks"
 
 
@@ -379,18 +399,111 @@ def test_what_is_sent_follows_the_robot_while_another_moves_it(robot: Robot) -> 
     assert robot.call("ALMemory", "getData", key) == pytest.approx(0.4, abs=1e-4)
 
 
-@pytest.mark.skipif(Path("/home/nao").is_dir(), reason="this machine has the robot's home")
-def test_the_robot_s_home_is_there_for_recordings(
-    standing: Callable[..., SensorFrame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_robot_s_home_is_a_folder_for_recordings(
+    standing: Callable[..., SensorFrame], tmp_path: Path
 ) -> None:
     """Programs record to the folder that the vendor's samples name, and play from there."""
-    monkeypatch.setattr("bridge.adapters.naoqi.declared.HOME", tmp_path)
-    robot, path = Robot(standing()), "/home/nao/recordings/microphones/heard.wav"
+    home = tmp_path / "home"
+    robot, path = Robot(standing(), home=home), "/home/nao/recordings/microphones/heard.wav"
     robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
     robot.run(0.5)
     robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
-    assert (tmp_path / "recordings/microphones/heard.wav").is_file()
-    assert robot.call("ALAudioPlayer", "loadFile", path) >= 0
+    assert (home / "recordings/microphones/heard.wav").is_file()
+    key = robot.call("ALAudioPlayer", "loadFile", path).result(10.0)
+    assert robot.call("ALAudioPlayer", "getFileLength", key) == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *("/tmp/heard.wav", "heard.wav", "/home/nao", "/home/nao/../heard.wav", "/home/nao/a/../../b.wav"),
+        *("/home/nao/link/heard.wav", "/home/nao/pipe", "/home/nao/folder", "/home/nao/\0", "/home/nao2/a.wav"),
+    ],
+)
+def test_a_program_writes_below_the_robot_s_home_only(
+    standing: Callable[..., SensorFrame], tmp_path: Path, path: str
+) -> None:
+    home, outside = tmp_path / "home", tmp_path / "outside"
+    outside.mkdir()
+    (home / "folder").mkdir(parents=True)
+    (home / "link").symlink_to(outside)
+    os.mkfifo(home / "pipe")
+    robot = Robot(standing(), home=home)
+    folder, name = path.rpartition("/")[::2]
+    for call, arguments in (
+        ("ALAudioRecorder.startMicrophonesRecording", [path, "wav", 16000, [0, 0, 1, 0]]),
+        ("ALAudioDevice.startMicrophonesRecording", [path]),
+        ("ALTextToSpeech.sayToFile", ["hello", path]),
+        *([("ALVideoRecorder.startRecording", [folder, name])] if name.endswith(".wav") else []),
+        *([("ALPhotoCapture.takePicture", [folder, name])] if name.endswith(".wav") else []),
+    ):
+        with pytest.raises(NaoqiRefused, match=r"is outside the robot's home|is no file that can be written"):
+            robot.call(*call.split("."), *arguments)
+    assert not any(outside.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("call", "refused"),
+    [
+        ("ALDialog.loadTopic", "is a device or a pipe"),
+        ("ALSpeechRecognition.loadVocabulary", "is a device or a pipe"),
+        ("ALAudioPlayer.loadFile", ""),
+        ("ALAudioPlayer.playFile", ""),
+    ],
+)
+def test_no_call_waits_for_a_pipe(robot: Robot, tmp_path: Path, call: str, refused: str) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    done = robot.call(*call.split("."), str(tmp_path / "pipe"))
+    if refused:
+        with pytest.raises(NaoHilError, match=refused):
+            robot.wait(done)
+    else:
+        robot.wait(done)
+
+
+def test_a_file_that_is_slow_to_read_delays_no_other_call(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """As on a file system of the network that does not answer: the reader waits, without the lock."""
+    answered, reads = threading.Event(), threading.Event()
+
+    def slow(*_: Any) -> bytes:
+        reads.set()
+        answered.wait(TIMEOUT)
+        return b"topic: ~slow()\nlanguage: enu\nu: (hello) hello\n"
+
+    monkeypatch.setattr("bridge.adapters.naoqi.interaction.dialog.read_limited", slow)
+    loading = robot.call("ALDialog", "loadTopic", str(tmp_path / "slow.top"))
+    assert reads.wait(TIMEOUT)
+    robot.run(0.05)
+    assert robot.call("ALDialog", "getAllLoadedTopics") == []
+    answered.set()
+    assert loading.result(TIMEOUT) == "slow"
+
+
+def test_a_file_that_is_never_read_delays_no_end() -> None:
+    """A Ctrl-C ends the server also then."""
+    waiting = "import bridge.adapters.naoqi.robot_files as f, time; f.in_thread(lambda: time.sleep(3600))"
+    assert subprocess.run([sys.executable, "-c", waiting], timeout=TIMEOUT, check=False).returncode == 0
+
+
+def test_a_large_vocabulary_and_a_long_utterance_take_no_long_time(robot: Robot) -> None:
+    robot.call("ALSpeechRecognition", "setVocabulary", [f"word{i}" for i in range(10_000)], True)
+    robot.call("ALSpeechRecognition", "subscribe", "me")
+    began = time.process_time()
+    assert robot.call("NaoHil", "hear", "word5 " * 20_000) == ["word5"]
+    assert time.process_time() - began < 2.0
+    assert robot.call("NaoHil", "hear", "sword5 word55") == ["word55"]
+
+
+def test_the_words_of_a_vocabulary_s_file_are_recognized(robot: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "words.lxd"
+    file.write_text(
+        '#!Language=English\n#!FSG\n<words>=alt("yes"\n"good morning"\nalt);\n<start>=alt(<words> alt);\n'
+    )
+    robot.call("ALSpeechRecognition", "loadVocabulary", str(file)).result(TIMEOUT)
+    robot.call("ALSpeechRecognition", "subscribe", "me")
+    assert robot.call("NaoHil", "hear", "Good morning") == ["good morning"]
 
 
 @pytest.mark.parametrize(

@@ -118,6 +118,24 @@ def begin(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
     return declared(walking)["ALMotion"][method](arguments)
 
 
+@pytest.mark.parametrize(
+    ("method", "arguments"),
+    [
+        ("move", (0.0, 0.0, 0.0)),
+        ("moveToward", (0.0, 0.0, 0.0)),
+        ("setWalkTargetVelocity", (0, 0, 0, 0.5)),
+        ("stopMove", ()),
+    ],
+)
+def test_a_zero_velocity_before_the_first_walk_changes_nothing(
+    walking: WalkingMethods, stage: Stage, method: str, arguments: tuple[float, ...]
+) -> None:
+    """The walker waits without the robot, and would refuse to stop it."""
+    walking.handover.prestart().result(PATIENT)
+    assert begin(walking, method, *arguments).result(PATIENT) is None
+    assert stage.did == ["start"]
+
+
 def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
     result = begin(walking, method, *arguments)
     return result.result(PATIENT) if hasattr(result, "result") else result
@@ -387,7 +405,7 @@ def test_a_step_may_be_4_cm_high_and_numbers_may_be_text(
     [
         ("moveInit", [], None, ""),
         ("move", [0.05, 0.0, 0.1], [0.05, 0.0, "left"], "theta is 'left'; a finite number is expected"),
-        ("moveToward", [0.5, 0.0, -0.5], [1.5, 0.0, 0.0], "x is 1.5; a number from -1 to 1 is expected"),
+        ("moveToward", [0.5, 0.0, -0.5], [2.0, 0.0, 0.0], "x is 2; a number from -1 to 1 is expected"),
         ("setWalkTargetVelocity", [0.5, 0.0, 0.0, 1.0], [0.5, 0.0, 0.0, 2.0], "from 0 to 1"),
         ("stopMove", [], None, ""),
         ("waitUntilMoveIsFinished", [], None, ""),
@@ -400,6 +418,31 @@ def test_walking_methods_give_nothing_and_name_the_wrong_argument(
     if wrong is not None:
         with pytest.raises(NaoqiRefused, match=sentence):
             call(all_ways, method, *wrong)
+
+
+@pytest.mark.parametrize(
+    ("given", "clipped"),
+    [
+        ((1.2, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ((0.5, 0.0, 0.0, [["StepHeight", 0.06]]), (0.5, 0.0, 0.0, [["StepHeight", 0.04]])),
+        ((0.5, 0.0, 0.0, [["MaxStepX", 0.1], ["Frequency", 1.2]]), (0.5, 0.0, 0.0, [["MaxStepX", 0.08]])),
+    ],
+)
+def test_values_a_little_beyond_the_limits_are_clipped_with_a_warning(
+    all_ways: WalkingMethods,
+    stage: Stage,
+    given: tuple[Any, ...],
+    clipped: tuple[Any, ...],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Limits: vendor's page on locomotion control (StepHeight 0.04 m, MaxStepX 0.08 m)."""
+    call(all_ways, "moveToward", *clipped)
+    velocity = stage.velocity
+    assert not caplog.records
+    call(all_ways, "stopMove")
+    call(all_ways, "moveToward", *given)
+    assert stage.velocity == velocity
+    assert "is clipped to" in caplog.text
 
 
 def test_facts_of_a_walk_are_a_bool_and_three_floats(all_ways: WalkingMethods, stage: Stage) -> None:
