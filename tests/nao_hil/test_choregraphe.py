@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -47,12 +48,16 @@ def diagram(boxes: str, *links: tuple[int, int, int, int]) -> str:
     return f"<Diagram>{boxes}{ends}</Diagram>"
 
 
-def timeline(content: str, *, enable: int = 0, curves: str = "", frame: int = 1) -> str:
+def timeline(content: str, *, enable: int = 0, curves: str = "", frame: int = 1, limits: str = "") -> str:
     actuators = f"<ActuatorList>{curves}</ActuatorList>" if curves else ""
-    return (
-        f'<Timeline enable="{enable}" fps="25">{actuators}<BehaviorLayer><BehaviorKeyframe index="{frame}">'
-        f"{content}</BehaviorKeyframe></BehaviorLayer></Timeline>"
-    )
+    layer = f'<BehaviorLayer><BehaviorKeyframe index="{frame}">{content}</BehaviorKeyframe></BehaviorLayer>'
+    return f'<Timeline enable="{enable}" fps="25" {limits}>{actuators}{layer}</Timeline>'
+
+
+def says(number: int, text: str) -> str:
+    """A box that notes a text when it starts."""
+    script = f"    def onInput_onStart(self): said.append({text!r}); self.onStopped()\n"
+    return box(number, f"Say {text}", script)
 
 
 class Robot:
@@ -155,8 +160,8 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
         "        if len(said) < 3: self.gotoAndPlayParent(1)\n"
     )
     first = "    def onInput_onStart(self): starts.append(1)\n"
-    inside = timeline(diagram(box(1, "Again", again), (0, 2, 1, 2)), enable=1, curves=curve, frame=6)
-    inside += timeline(diagram(box(1, "First", first), (0, 2, 1, 2)), enable=1)
+    inside = timeline(diagram(box(1, "Again", again), (0, 1, 1, 2)), enable=1, curves=curve, frame=6)
+    inside += timeline(diagram(box(1, "First", first), (0, 1, 1, 2)), enable=1)
     moves = box(1, "Dance", "", inside)
     player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
     assert player.ended.wait(10.0) and said == [0, 1, 2], player.could_not
@@ -169,6 +174,35 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
         True,
     )
     assert sent[1][3] == [[pytest.approx(0.16), pytest.approx(0.36)]]
+
+
+def test_a_keyframe_is_loaded_at_its_frame_and_sends_on_load(tmp_path: Path) -> None:
+    """Only the diagram at the timeline's start receives its onStart as well; onLoad of a flow diagram comes once."""
+    first = diagram(says(1, "first") + says(2, "start"), (0, 1, 1, 2), (0, 2, 2, 2))
+    second = diagram(says(1, "second") + says(2, "never"), (0, 1, 1, 2), (0, 2, 2, 2))
+    keys = '<Key frame="12" value="0"/>'
+    inside = timeline(first, enable=1, curves=f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>')
+    inside += timeline(second, enable=1, frame=6)
+    boxes = box(1, "Timeline", "", inside) + says(2, "root")
+    player, _, said = play(tmp_path, timeline(diagram(boxes, (0, 2, 1, 2), (0, 1, 2, 2), (1, 4, 0, 4))))
+    assert player.ended.wait(10.0) and player.could_not == []
+    assert sorted(said[:3]) == ["first", "root", "start"] and said[3:] == ["second"]
+
+
+def test_a_timeline_plays_from_its_start_frame_to_its_end_frame(tmp_path: Path) -> None:
+    """25 frames a second: frames 26 to 51 last 1 s. The curve is cut at 51, 1 / 200 of the way from 0 to 90."""
+    keys = "".join(f'<Key frame="{f}" value="{v}"/>' for f, v in ((25, -60), (50, 0), (250, 90)))
+    curve = f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>'
+    limits = 'start_frame="26" end_frame="51"'
+    inside = timeline(diagram(says(1, "before"), (0, 1, 1, 2)), enable=1, curves=curve, limits=limits)
+    for frame in (40, 60):
+        inside += timeline(diagram(says(1, str(frame)), (0, 1, 1, 2)), enable=1, frame=frame)
+    moves = box(1, "Dance", "", inside)
+    player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
+    assert player.ended.wait(10.0) and said == ["before", "40"]
+    (sent,) = robot.calls
+    assert sent[2] == [[0.0, pytest.approx(math.radians(90.0 / 200.0))]]
+    assert sent[3] == [[pytest.approx(0.96), pytest.approx(1.0)]]
 
 
 def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Path) -> None:

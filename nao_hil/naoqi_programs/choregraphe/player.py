@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Diagram
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box
 from nao_hil.naoqi_programs.choregraphe.scripts import generated_class
 from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
 from nao_hil.naoqi_programs.source import compiled
@@ -222,14 +222,15 @@ class RunningBox:
         self.load()
         if self._script is not None:
             self._call(f"onInput_{name}", value)
-        for number, diagram in enumerate(box.diagrams):
-            if not (box.timed and name in box.starts and diagram.frame > 1):
-                self.follow(number, diagram, PARENT, name, value)
+        if box.timed and name in box.starts:
+            self.timeline = self.timeline or Timeline(self)
+            self.timeline.play(box.start, name, value)
+            return
+        loaded = range(len(box.diagrams)) if not box.timed else self.timeline.loaded if self.timeline else ()
+        for number in loaded:
+            self.follow(number, PARENT, name, value)
         if name in box.stops:
             self._stop()
-        elif box.timed and name in box.starts:
-            self.timeline = self.timeline or Timeline(self)
-            self.timeline.play()
         elif name in box.starts and self._script is None and not box.diagrams:
             if box.plugin or "MyClass" not in box.script:
                 reason = f"the plugin {box.plugin} is not offered" if box.plugin else "it has no script"
@@ -248,7 +249,7 @@ class RunningBox:
         self.active = False
 
     def load(self) -> None:
-        """Make the script's object and listen to events, once; inner boxes that have events do so, too."""
+        """Make the script's object, listen to events, and load the diagrams but those of a timeline; once."""
         with self._lock:
             if self._loaded:
                 return
@@ -258,10 +259,15 @@ class RunningBox:
             self._call("onLoad", None)
         for name, event in self.box.events.items():
             self.player.subscribe(event, partial(self._notice, name))
-        for number, diagram in enumerate(self.box.diagrams):
-            for target, box in diagram.boxes.items():
-                if box.events:
-                    self._inner_box(number, diagram, target).load()
+        for number in range(len(self.box.diagrams)) if not self.box.timed else ():
+            self.enter(number)
+
+    def enter(self, number: int) -> None:
+        """Load a diagram: its boxes listen to their events, and its border sends onLoad."""
+        for target, box in self.box.diagrams[number].boxes.items():
+            if box.events:
+                self._inner_box(number, target).load()
+        self.follow(number, PARENT, "onLoad", None)
 
     def _notice(self, name: str, value: Any) -> None:
         """An event: it counts once the box has started, unless it cannot be started."""
@@ -299,8 +305,9 @@ class RunningBox:
             if method.removeprefix("onInput_") in self.box.starts:
                 self.emit("onStopped")
 
-    def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
+    def follow(self, number: int, source: int, output: str, value: Any) -> None:
         """Stimulate the inputs linked to a box's output; the parent's inputs are outputs here."""
+        diagram = self.box.diagrams[number]
         names = self.box.inputs if source == PARENT else diagram.boxes[source].outputs
         for link in diagram.links:
             if link.source != source or names.get(link.output) != output:
@@ -308,16 +315,17 @@ class RunningBox:
             if link.target == PARENT:
                 self.emit(self.box.outputs.get(link.input, ""), value)
             elif link.target in diagram.boxes:
-                inner = self._inner_box(number, diagram, link.target)
+                inner = self._inner_box(number, link.target)
                 name = inner.box.inputs.get(link.input, "")
                 self.player.start(lambda inner=inner, name=name: inner.stimulate(name, value))  # type: ignore[misc]
 
-    def _inner_box(self, number: int, diagram: Diagram, target: int) -> RunningBox:
+    def _inner_box(self, number: int, target: int) -> RunningBox:
         with self._lock:
             if (number, target) not in self._inner:
 
                 def left(output: str, value: Any) -> None:
-                    self.follow(number, diagram, target, output, value)
+                    self.follow(number, target, output, value)
 
-                self._inner[number, target] = RunningBox(self.player, diagram.boxes[target], left, self)
+                box = self.box.diagrams[number].boxes[target]
+                self._inner[number, target] = RunningBox(self.player, box, left, self)
             return self._inner[number, target]
