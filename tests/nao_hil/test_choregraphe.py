@@ -177,7 +177,7 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
 
 
 def test_a_keyframe_is_loaded_at_its_frame_and_sends_on_load(tmp_path: Path) -> None:
-    """Only the diagram at the timeline's start receives its onStart as well; onLoad of a flow diagram comes once."""
+    """Only the diagram at the timeline's start receives its onStart as well."""
     first = diagram(says(1, "first") + says(2, "start"), (0, 1, 1, 2), (0, 2, 2, 2))
     second = diagram(says(1, "second") + says(2, "never"), (0, 1, 1, 2), (0, 2, 2, 2))
     keys = '<Key frame="12" value="0"/>'

@@ -53,14 +53,14 @@ def test_an_option_of_its_own_after_the_program_is_warned_of(
 
 
 def test_what_is_no_naoqi_is_told_in_a_sentence(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("qi")
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         monkeypatch.setenv(ADDRESS, url)
         monkeypatch.setattr("nao_hil.naoqi_programs.runner.PATIENCE", 0.2)
-        assert main("hello.py", []) == 3
+        assert main(tmp_path / "code", "hello.py", []) == 3
     assert capsys.readouterr().err.endswith(
         f"error: No NAOqi answers at {url} (no answer). Stop what listens there, or give another --url.\n"
     )

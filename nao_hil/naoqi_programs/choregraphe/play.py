@@ -140,3 +140,5 @@ def play(file: Path, report: Path, idle: float) -> None:
 
 if __name__ == "__main__":
     play(Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))
+    sys.stdout.flush()
+    os._exit(0)  # without waiting for threads of scripts
