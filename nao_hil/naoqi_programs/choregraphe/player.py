@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
+from nao_hil.naoqi_programs.choregraphe.dialog import DialogBox
 from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box
 from nao_hil.naoqi_programs.choregraphe.scripts import generated_class
 from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
@@ -133,6 +134,7 @@ class Player:
         """A sentence for each started box that waits for an event."""
         for running in self._boxes:
             events = [*running.box.events.values(), *_SUBSCRIBES.findall(running.box.script)]
+            events += ["words (NaoHil.hear)"] if running.box.dialog else []
             if running.active and events:
                 yield f"the box {running.box.name} waits for {' or '.join(dict.fromkeys(events))}"
 
@@ -154,11 +156,15 @@ class Player:
         with self._lock:
             self._boxes.append(running)
             running.module_name = f"{re.sub(r'[^0-9A-Za-z]', '_', name)}__{len(self._boxes)}"
-        if "MyClass" not in script:
+        if running.box.dialog:
+            return DialogBox(running)
+        if not script:
             return None
         scope = self._names | {"GeneratedClass": generated_class(running)}
         try:
             exec(compiled(script.encode(), f"<box {name}>", old=True), scope)
+            if "MyClass" not in scope:
+                return None
             made = scope["MyClass"]()
             if "getName" in script:
                 self._register(running.module_name, made)
@@ -232,10 +238,11 @@ class RunningBox:
         if name in box.stops:
             self._stop()
         elif name in box.starts and self._script is None and not box.diagrams:
-            if box.plugin or "MyClass" not in box.script:
-                reason = f"the plugin {box.plugin} is not offered" if box.plugin else "it has no script"
+            if box.plugin:
+                reason = f"the plugin {box.plugin} is not offered"
                 self.player.cannot(FORBIDDEN.format(name=box.name, reason=reason))
-            self.emit("onStopped")
+            if box.plugin or box.script:  # an empty box stays as it is
+                self.emit("onStopped")
 
     def _stop(self) -> None:
         """End the boxes inside; a box without a script of its own is left then."""

@@ -7,10 +7,11 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from bridge.config import read_limited
 from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
 
 MAX_SIZE: Final = 20_000_000
 """bytes of a file"""
@@ -41,6 +42,8 @@ class Diagram:
     """Of the timeline around it, at which it is loaded."""
     layer: int = 0
     """Of the timeline; a later diagram of a layer replaces the earlier one."""
+    label: str = ""
+    """Name of its frame."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,8 @@ class Box:
     inherited: frozenset[str]
     """Parameters whose value is that of the box around it."""
     script: str
+    dialog: str
+    """File that names its topics, relative to the behaviour; or empty."""
     plugin: str
     timed: bool
     """Its timeline is on."""
@@ -87,6 +92,22 @@ class Box:
             if diagram.frame <= frame:
                 layers[diagram.layer] = number
         return set(layers.values())
+
+    def frame_of(self, name: Any) -> float:
+        """The frame of a name or a number.
+
+        Raises:
+            RuntimeError: no frame has this name.
+        """
+        labels = {diagram.label: diagram.frame for diagram in self.diagrams}
+        if not isinstance(name, str) or name not in labels:
+            try:
+                return float(name)
+            except ValueError:
+                raise RuntimeError(
+                    f"the box {self.name} has no {unknown_name('frame', name, labels)}"
+                ) from None
+        return labels[name]
 
 
 def behaviours(path: Path) -> list[Path]:
@@ -154,13 +175,15 @@ def _box(element: ET.Element, path: Path) -> Box:
         timed = any(t.get("enable") == "1" for t in timelines)
         start = max((float(t.get("start_frame", "1")) for t in timelines), default=1.0)
         end = max((float(t.get("end_frame", "-1")) for t in timelines), default=-1.0)
-        diagrams = [_diagram(d, 1, 0, path) for d in _children(element, "Diagram")]
+        diagrams = [_diagram(d, path) for d in _children(element, "Diagram")]
         curves: list[Curve] = []
         layers = [layer for timeline in timelines for layer in _children(timeline, "BehaviorLayer")]
         for number, layer in enumerate(layers, start=1):
             for keyframe in _children(layer, "BehaviorKeyframe"):
-                frame = max(1, int(keyframe.get("index", "1")))
-                diagrams += [_diagram(d, frame, number, path) for d in _children(keyframe, "Diagram")]
+                frame, label = max(1, int(keyframe.get("index", "1"))), keyframe.get("name", "")
+                for diagram in _children(keyframe, "Diagram"):
+                    made = _diagram(diagram, path)
+                    diagrams.append(Diagram(made.boxes, made.links, frame, number, label))
         if timed:
             elements = [c for t in timelines for c in _children(t, "ActuatorList", "ActuatorCurve")]
             curves = [_curve(c, end if end > 0.0 else math.inf) for c in elements]
@@ -178,6 +201,7 @@ def _box(element: ET.Element, path: Path) -> Box:
                 e.get("name", "") for e in parameters if e.get("inherits_from_parent") in ("1", "true")
             ),
             script="\n".join(scripts).strip(),
+            dialog=next((e.text or "" for e in _children(element, "dialogFile")), "").strip(),
             plugin=element.get("plugin", ""),
             timed=timed,
             fps=max((float(t.get("fps", "25")) for t in timelines), default=25.0),
@@ -190,11 +214,11 @@ def _box(element: ET.Element, path: Path) -> Box:
         raise ConfigurationError(f"{path}: box `{element.get('name')}` cannot be read ({error}).") from None
 
 
-def _diagram(element: ET.Element, frame: int, layer: int, path: Path) -> Diagram:
+def _diagram(element: ET.Element, path: Path) -> Diagram:
     ends = ("outputowner", "indexofoutput", "inputowner", "indexofinput")
     links = [BoxLink(*(int(e.get(end, "0")) for end in ends)) for e in _children(element, "Link")]
     boxes = {int(e.get("id", "-1")): _box(e, path) for e in _children(element, "Box")}
-    return Diagram(boxes, tuple(links), frame, layer)
+    return Diagram(boxes, tuple(links))
 
 
 def _curve(element: ET.Element, end: float) -> Curve:

@@ -41,18 +41,29 @@ class Timeline:
         self._changed = threading.Condition()
         self._order: tuple[float | None, bool] | None = None
         """Frame to jump to (None: the present one), and whether to play on."""
-        self._stopped = self._plays = False
+        self._stopped = self._started = self._moves = False
         self.loaded: set[int] = set()
         """Numbers of the diagrams at the present frame."""
 
-    def go_to(self, frame: float | None, *, plays: bool) -> None:
-        """Continue from a frame, or rest there."""
+    def go_to(self, frame: Any = None, plays: bool | None = None) -> None:
+        """Continue from a frame, or rest there.
+
+        Args:
+            frame: its number or its name; None: the present one.
+            plays: whether to play on; None: as now.
+
+        Raises:
+            RuntimeError: no frame has this name.
+        """
+        wanted = None if frame is None else self._box.frame_of(frame)
         with self._changed:
-            self._order = frame, plays
-            idle = not self._plays
+            before, moves = self._order or (None, self._moves)
+            wanted, moves = before if wanted is None else wanted, moves if plays is None else plays
+            self._order = wanted, moves
+            idle = not self._started
             self._changed.notify_all()
-        if idle and plays:
-            self._running.player.start(lambda: self.play(self._box.start if frame is None else frame))
+        if idle and moves:
+            self._running.player.start(lambda: self.play(self._box.start if wanted is None else wanted))
 
     def stop(self) -> None:
         """End it: the joints stay where they are."""
@@ -68,7 +79,7 @@ class Timeline:
             signal: input and value that start it; the diagrams there receive them.
         """
         with self._changed:
-            played, self._plays, self._stopped = self._plays, True, False
+            played, self._started, self._stopped = self._started, True, False
             self._order = (frame, True) if played else None
             self._changed.notify_all()
         if not played:
@@ -88,24 +99,24 @@ class Timeline:
                 self._running.enter(number)
 
     def _play_pieces(self, frame: float) -> None:
-        plays = True
-        while plays or not self._stopped:
+        self._moves = True
+        while self._moves or not self._stopped:
             began = time.monotonic()
-            ended = self._play_piece(frame, began) if plays else self._rest()
+            ended = self._play_piece(frame, began) if self._moves else self._rest()
             if self._stopped or self._running.player.ended.is_set():
                 break
             if ended:
-                self._plays = False
+                self._started = self._moves = False
                 self._running.emit("onStopped")
                 return
-            here = frame + (time.monotonic() - began) * self._box.fps if plays else frame
+            here = frame + (time.monotonic() - began) * self._box.fps if self._moves else frame
             with self._changed:
-                wanted, plays = self._order or (None, True)
+                wanted, self._moves = self._order or (None, True)
                 self._order = None
             frame = here if wanted is None else wanted
             if wanted is not None:
                 self._load(wanted)
-        self._plays = False
+        self._started = self._moves = False
         self._end_motion()
 
     def _rest(self) -> bool:
