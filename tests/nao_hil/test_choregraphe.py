@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -48,9 +49,12 @@ def diagram(boxes: str, *links: tuple[int, int, int, int]) -> str:
     return f"<Diagram>{boxes}{ends}</Diagram>"
 
 
-def timeline(content: str, *, enable: int = 0, curves: str = "", frame: int = 1, limits: str = "") -> str:
+def timeline(
+    content: str, *, enable: int = 0, curves: str = "", frame: int = 1, limits: str = "", name: str = ""
+) -> str:
     actuators = f"<ActuatorList>{curves}</ActuatorList>" if curves else ""
-    layer = f'<BehaviorLayer><BehaviorKeyframe index="{frame}">{content}</BehaviorKeyframe></BehaviorLayer>'
+    keyframe = f'<BehaviorKeyframe name="{name}" index="{frame}">{content}</BehaviorKeyframe>'
+    layer = f"<BehaviorLayer>{keyframe}</BehaviorLayer>"
     return f'<Timeline enable="{enable}" fps="25" {limits}>{actuators}{layer}</Timeline>'
 
 
@@ -69,7 +73,32 @@ class Robot:
         self.free = threading.Event()
 
     def service(self, name: str) -> Any:
-        return {"ALMotion": self, "ALMemory": self}[name]
+        return {"ALMotion": self, "ALMemory": self, "ALDialog": self, "ALTextToSpeech": self}[name]
+
+    def getLanguage(self) -> str:
+        return "English"
+
+    def loadTopicContent(self, text: str) -> str:
+        return text.split("~")[1].split("(")[0]
+
+    def getLoadedTopics(self, language: str) -> list[str]:
+        assert language == "English"
+        return ["Talk_enu"]
+
+    def activateTopic(self, name: str) -> None:
+        self.calls.append(("activate", name))
+
+    def unloadTopic(self, name: str) -> None:
+        self.calls.append(("unload", name))
+
+    def subscribe(self, name: str) -> None:
+        self.calls.append(("subscribe", name))
+
+    def unsubscribe(self, name: str) -> None:
+        self.calls.append(("unsubscribe", name))
+
+    def raiseEvent(self, event: str, value: Any) -> None:
+        self.calls.append(("raise", event, value))
 
     def subscriber(self, event: str) -> Any:
         return SimpleNamespace(signal=SimpleNamespace(connect=self.told.setdefault(event, []).append))
@@ -96,7 +125,7 @@ def play(folder: Path, inside: str, more: str = "") -> tuple[Player, Robot, list
     file = folder / "behavior.xar"
     file.write_text(f"<ChoregrapheProject>{box(-1, 'root', '', inside, more)}</ChoregrapheProject>")
     robot, said = Robot(), list[Any]()
-    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager()}
+    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager(), "sys": sys, "time": time}
     player = Player(robot.service, names, robot, folder, lambda name, module: said.append((name, module)))
     player.play(read_behaviour(file))
     return player, robot, said
@@ -203,6 +232,54 @@ def test_a_timeline_plays_from_its_start_frame_to_its_end_frame(tmp_path: Path) 
     (sent,) = robot.calls
     assert sent[2] == [[0.0, pytest.approx(math.radians(90.0 / 200.0))]]
     assert sent[3] == [[pytest.approx(0.96), pytest.approx(1.0)]]
+
+
+def test_a_script_pauses_the_timeline_around_it_and_goes_to_a_frame_by_its_name(tmp_path: Path) -> None:
+    """As the boxes Stop and Goto (name) of Choregraphe 2; a paused timeline loads the diagram there."""
+    script = (
+        "    def onInput_onStart(self):\n        said.append('waits')\n"
+        "        self.getParentTimeline().pause()\n"
+        "        time.sleep(0.6)\n        self.getParentTimeline().goTo('story')\n"
+    )
+    nested = box(1, "Group", "", timeline(diagram(box(1, "Goto", script), (0, 2, 1, 2))))
+    inside = timeline(diagram(nested, (0, 1, 1, 2)), enable=1)
+    inside += timeline(diagram(says(1, "story"), (0, 1, 1, 2), (1, 4, 0, 4)), enable=1, frame=6, name="story")
+    moves = box(1, "Play", "", inside)
+    player, _, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
+    until(lambda: said == ["waits"])
+    time.sleep(0.4)  # frame 6 would be at 0.24 s
+    assert said == ["waits"]
+    assert player.ended.wait(5.0) and said == ["waits", "story"] and player.could_not == []
+
+
+def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path) -> None:
+    """Its file of topics is beside the behaviour; only the topic of the robot's language becomes active."""
+    (tmp_path / "Talk").mkdir()
+    (tmp_path / "Talk" / "Talk.dlg").write_text("multilanguage:Talk\n  enu:Talk_enu.top\n  frf:Talk_frf.top\n")
+    for code in ("enu", "frf"):
+        (tmp_path / "Talk" / f"Talk_{code}.top").write_text(f"topic: ~Talk_{code}()\nlanguage: {code}\n")
+    outputs = '<dialogFile>../Talk/Talk.dlg</dialogFile><Output name="game" nature="2" id="6"/>'
+    boxes = box(1, "Talk", inside=outputs) + says(2, "game")
+    folder = tmp_path / "behavior_1"
+    folder.mkdir()
+    player, robot, said = play(folder, timeline(diagram(boxes, (0, 2, 1, 2), (1, 6, 2, 2), (1, 4, 0, 4))))
+    until(lambda: ("raise", "onStart", 1) in robot.calls)
+    assert [call for call in robot.calls if call[0] == "activate"] == [("activate", "Talk_enu")]
+    assert [sentence.split(" waits")[0] for sentence in player.waiting()] == ["the box Talk"]
+    robot.tell("game", 1)
+    until(lambda: said == ["game"])
+    robot.tell("onStopped", 1)
+    assert player.ended.wait(5.0) and player.could_not == []
+    assert [call[1] for call in robot.calls if call[0] == "unload"] == ["Talk_enu", "Talk_frf"]
+
+
+def test_an_empty_box_stays_and_a_script_without_a_class_runs(tmp_path: Path) -> None:
+    comment = '<Box name="Note" id="1"><Input name="onStart" nature="2" id="2"/></Box>'
+    code = comment.replace("Note", "Code").replace('id="1"', 'id="2"', 1)
+    code = code.replace("</Box>", "<script><content>said.append(sys.byteorder)</content></script></Box>")
+    player, _, said = play(tmp_path, timeline(diagram(comment + code, (0, 2, 1, 2), (0, 2, 2, 2))))
+    until(lambda: said != [])
+    assert said == [sys.byteorder] and player.could_not == []
 
 
 def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Path) -> None:
