@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import subprocess
 import sys
 import threading
 import time
@@ -16,6 +17,7 @@ import pytest
 pytest.importorskip("qi")
 pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
 
+from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
@@ -252,6 +254,15 @@ def test_a_script_pauses_the_timeline_around_it_and_goes_to_a_frame_by_its_name(
     assert player.ended.wait(5.0) and said == ["waits", "story"] and player.could_not == []
 
 
+def test_a_timeline_that_a_script_has_paused_is_nothing_that_runs(tmp_path: Path) -> None:
+    script = "    def onInput_onStart(self): self.getParentTimeline().pause(); said.append('paused')\n"
+    inside = timeline(diagram(box(1, "Stop", script), (0, 1, 1, 2)), enable=1)
+    inside += timeline(diagram(""), enable=1, frame=500)
+    player, _, said = play(tmp_path, timeline(diagram(box(1, "Play", "", inside), (0, 2, 1, 2))))
+    until(lambda: said == ["paused"])
+    until(lambda: player.idle > 0.2, "a player without anything that runs")
+
+
 def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path) -> None:
     """Its file of topics is beside the behaviour; only the topic of the robot's language becomes active."""
     (tmp_path / "Talk").mkdir()
@@ -303,6 +314,27 @@ def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Pat
     (name, module), path, half = said
     assert name.startswith("Play_Sound__") and module.getName() == name
     assert (path, half) == (f"{tmp_path.resolve()}/song.wav", 3)
+
+
+def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the box Run App Executable starts it; the run lasts as long as the service."""
+    (tmp_path / "scripts").mkdir()
+    (tmp_path / "scripts" / "main.py").write_text("print 'started'\n")
+    service = '<service name="main" execStart="/usr/bin/python2 scripts/main.py --quiet" autorun="false"/>'
+    (tmp_path / "manifest.xml").write_text(f"<package><services>{service}</services></package>")
+    command = [sys.executable, "-c", "import sys; open('ran', 'w').write(' '.join(sys.argv[1:]))"]
+    popen = subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda given, **how: popen([*command, *given[4:]], **how))
+    names = {"ALFrameManager": FrameManager()}
+    player = Player(Robot().service, names, None, tmp_path, min)
+    manager = ServiceManager(player, tmp_path)
+    stopped: list[str] = []
+    manager.serviceStopped.connect(lambda name, _: stopped.append(name))
+    assert manager.startService("my_package.main") is True and player.idle == 0.0
+    until(lambda: stopped == ["my_package.main"])
+    assert (tmp_path / "ran").read_text() == f"{tmp_path / 'scripts' / 'main.py'} --quiet"
+    assert not manager.isServiceRunning("my_package.main") and player.could_not == []
+    assert manager.startService("other") is False and len(player.could_not) == 1
 
 
 def test_a_behaviour_runs_another_of_its_project(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
@@ -134,6 +135,7 @@ def play(file: Path, report: Path, idle: float) -> None:
     run_later = qi.runAsync
     qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
     own["ALBehaviorManager"] = BehaviorManager(player, project, idle)
+    own["ALServiceManager"] = ServiceManager(player, project)
     player.play_to_end(read_behaviour(file), idle)
     report.write_text(json.dumps(player.could_not))
 

@@ -6,8 +6,10 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
+from contextlib import contextmanager
+from functools import lru_cache, partial
 from pathlib import Path
+from types import CodeType
 from typing import Any, Final
 
 from nao_hil.naoqi_programs.choregraphe.dialog import DialogBox
@@ -73,6 +75,16 @@ class Player:
             self._running += 1
         pending.then(lambda _: self._release())
         return pending
+
+    @contextmanager
+    def resting(self) -> Iterator[None]:
+        """The present work waits for an order, and does not count as something that runs."""
+        self._release()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running += 1
 
     def _release(self) -> None:
         with self._lock:
@@ -162,7 +174,7 @@ class Player:
             return None
         scope = self._names | {"GeneratedClass": generated_class(running)}
         try:
-            exec(compiled(script.encode(), f"<box {name}>", old=True), scope)
+            exec(_code(script), scope)
             if "MyClass" not in scope:
                 return None
             made = scope["MyClass"]()
@@ -172,6 +184,11 @@ class Player:
         except Exception as error:
             self.cannot(FORBIDDEN.format(name=name, reason=f"its script failed ({error})"))
         return None
+
+
+@lru_cache
+def _code(script: str) -> CodeType:
+    return compiled(script.encode(), "<box>", old=True)
 
 
 class RunningBox:
@@ -198,7 +215,7 @@ class RunningBox:
         self.timeline: Timeline | None = None
         self._inner: dict[tuple[int, int], RunningBox] = {}
         self._script: Any = None
-        self._loaded = False
+        self._loaded = self._opened = False
         self._lock = threading.RLock()
 
     def emit(self, output: str, value: Any = None) -> None:
@@ -226,6 +243,7 @@ class RunningBox:
         if name in box.starts:
             self.active = True
         self.load()
+        self._open()
         if self._script is not None:
             self._call(f"onInput_{name}", value)
         if box.timed and name in box.starts:
@@ -256,7 +274,7 @@ class RunningBox:
         self.active = False
 
     def load(self) -> None:
-        """Make the script's object, listen to events, and load the diagrams but those of a timeline; once."""
+        """Make the script's object and listen to events, once."""
         with self._lock:
             if self._loaded:
                 return
@@ -266,14 +284,18 @@ class RunningBox:
             self._call("onLoad", None)
         for name, event in self.box.events.items():
             self.player.subscribe(event, partial(self._notice, name))
-        for number in range(len(self.box.diagrams)) if not self.box.timed else ():
+
+    def _open(self) -> None:
+        """Load the diagrams but those of a timeline, once: when the box is first stimulated (assumed)."""
+        with self._lock:
+            opened, self._opened = self._opened, True
+        for number in range(len(self.box.diagrams)) if not (opened or self.box.timed) else ():
             self.enter(number)
 
     def enter(self, number: int) -> None:
-        """Load a diagram: its boxes listen to their events, and its border sends onLoad."""
-        for target, box in self.box.diagrams[number].boxes.items():
-            if box.events:
-                self._inner_box(number, target).load()
+        """Load the boxes of a diagram; then its border sends onLoad."""
+        for target in self.box.diagrams[number].boxes:
+            self._inner_box(number, target).load()
         self.follow(number, PARENT, "onLoad", None)
 
     def _notice(self, name: str, value: Any) -> None:
@@ -295,7 +317,7 @@ class RunningBox:
     def unload(self) -> None:
         """Call the script's `onUnload`, once."""
         with self._lock:
-            script, self._loaded = self._script if self._loaded else None, False
+            script, self._loaded, self._opened = self._script if self._loaded else None, False, False
         if script is not None:
             self._call("onUnload", None)
 

@@ -125,7 +125,7 @@ def behaviours(path: Path) -> list[Path]:
         return [path]
     if path.suffix != ".pml":
         raise ConfigurationError(f"{path}: a Choregraphe project is a .pml, a .xar, or the folder of one.")
-    named = [e for e in _parsed(path).iter() if _tag(e) == "BehaviorDescription"]
+    named = [e for e in parsed(path).iter() if _tag(e) == "BehaviorDescription"]
     files = [path.parent / e.get("src", "") / e.get("xar", "behavior.xar") for e in named]
     if not files:
         raise ConfigurationError(f"{path}: it names no behaviour; is it a Choregraphe project?")
@@ -138,13 +138,18 @@ def read_behaviour(path: Path) -> Box:
     Raises:
         ConfigurationError: no such file, not XML, or not a behaviour.
     """
-    for element in _parsed(path):
+    for element in parsed(path):
         if _tag(element) == "Box":
             return _box(element, path)
     raise ConfigurationError(f"{path}: it has no box; a behaviour of Choregraphe (.xar) is expected.")
 
 
-def _parsed(path: Path) -> ET.Element:
+def parsed(path: Path) -> ET.Element:
+    """The outermost element of a file.
+
+    Raises:
+        ConfigurationError: it cannot be read, or declares a document type.
+    """
     try:
         data = read_limited(path, MAX_SIZE, f"give a file of a Choregraphe project of at most {MAX_SIZE} bytes")
         text = data.decode("utf-8-sig")

@@ -122,7 +122,7 @@ class Timeline:
     def _rest(self) -> bool:
         """Wait for an order."""
         self._end_motion()
-        with self._changed:
+        with self._running.player.resting(), self._changed:
             while self._order is None and not self._stopped and not self._running.player.ended.is_set():
                 self._changed.wait(0.1)
         return False
