@@ -26,6 +26,10 @@ _SUBSCRIBES: Final = re.compile(r"""(?:subscribeTo(?:Micro)?Event|subscriber)\(\
 Services = Callable[[str], Any]
 
 
+class _Worker(threading.Thread):
+    """A thread of a player, which counts what runs in it."""
+
+
 class Player:
     """Plays one behaviour.
 
@@ -64,7 +68,7 @@ class Player:
     def idle(self) -> float:
         """Time for which nothing has run, s."""
         others = (thread for thread in threading.enumerate() if thread not in self._threads)
-        if any(not isinstance(thread, threading._DummyThread) for thread in others):
+        if any(not isinstance(thread, threading._DummyThread | _Worker) for thread in others):
             return 0.0  # of a script; qi's own threads are dummies
         with self._lock:
             return 0.0 if self._running else time.monotonic() - self._last
@@ -108,7 +112,7 @@ class Player:
                     self.could_not.append(full)
                 return
             self._running += 1
-        threading.Thread(target=self._run, args=(work,), daemon=True).start()
+        _Worker(target=self._run, args=(work,), daemon=True).start()
 
     def _run(self, work: Callable[[], None]) -> None:
         try:
