@@ -148,6 +148,7 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "again What about you?",
                 "variable Anna",
                 "heard Yes",
+                "jumped So am I",
                 "not understood what",
             ],
         ),

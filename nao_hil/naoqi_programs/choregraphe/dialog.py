@@ -42,6 +42,7 @@ class DialogBox:
         """Listen to the variables of the outputs."""
         for output in self._running.box.outputs.values():
             self._player.subscribe(output, lambda value, output=output: self._set(output, value))
+        self._player.subscribe("Dialog/Answered", lambda _: None)  # a conversation is something that runs
 
     def _set(self, output: str, value: Any) -> None:
         if not self._topics:
