@@ -30,7 +30,7 @@ from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.signals import on_signals
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
-from nao_hil.naoqi_programs.runner import ADDRESS
+from nao_hil.naoqi_programs.runner import ADDRESS, command
 from nao_hil.naoqi_programs.source import program_code
 from nao_hil.runs.supervisor import Child
 
@@ -106,15 +106,15 @@ def run_program(
         code_file.write_bytes(marshal.dumps(compiled))
         with _alone(port):
             if not _answers(host, port):
-                for name, command in _missing(robot, url, connect, folder):
-                    child = Child(name, command, folder)
+                for name, words in _missing(robot, url, connect, folder):
+                    child = Child(name, words, folder)
                     ends.callback(child.end, GRACE)
                     started.append(child)
                 with open_console().status("starting the robot"):
                     # the port is open before all services are there
                     _await(lambda: f"is served at {url}" in started[-1].stderr, started)
         process = subprocess.Popen(
-            [sys.executable, "-m", "nao_hil.naoqi_programs.runner", str(code_file), str(program), *arguments],
+            command(code_file, program, arguments),
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
         )
         on_signals(stop.set)

@@ -1,4 +1,4 @@
-"""Runs one program: `python -m nao_hil.naoqi_programs.runner CODE PROGRAM [ARGUMENT ...]`.
+"""Runs one program: `python runner.py CODE PROGRAM [ARGUMENT ...]`.
 
 CODE is a file with the program's code (`marshal`). Whatever robot the program names, it is connected to the one
 at the address in `NAO_HIL_NAOQI`. The process ends after the program's threads and exit functions, with its
@@ -31,6 +31,11 @@ ADDRESS: Final = "NAO_HIL_NAOQI"
 MODULES: Final = Path(__file__).parent / "modules"
 PATIENCE: Final = 20.0
 """Timeout of NAOqi on a busy machine, s; qi itself would wait for ever for a server that is no NAOqi."""
+
+
+def command(code: Path | str, program: Path, arguments: list[str]) -> list[str]:
+    """The command that runs a program; `python -m` would take modules from the working directory first."""
+    return [sys.executable, __file__, str(code), str(program), *arguments]
 
 
 def _redirect(url: str) -> None:
@@ -160,6 +165,7 @@ def _ended(code: int) -> int:
 
 
 if __name__ == "__main__":
+    del sys.path[0]  # this folder
     _interrupt_once()
     _code = _ended(main(Path(sys.argv[1]), sys.argv[2], sys.argv[3:]))
     sys.stdout.flush()

@@ -324,7 +324,7 @@ def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatc
     (tmp_path / "manifest.xml").write_text(f"<package><services>{service}</services></package>")
     command = [sys.executable, "-c", "import sys; open('ran', 'w').write(' '.join(sys.argv[1:]))"]
     popen = subprocess.Popen
-    monkeypatch.setattr(subprocess, "Popen", lambda given, **how: popen([*command, *given[4:]], **how))
+    monkeypatch.setattr(subprocess, "Popen", lambda given, **how: popen([*command, *given[3:]], **how))
     names = {"ALFrameManager": FrameManager()}
     player = Player(Robot().service, names, None, tmp_path, min)
     manager = ServiceManager(player, tmp_path)

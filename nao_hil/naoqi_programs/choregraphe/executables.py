@@ -5,7 +5,6 @@ from __future__ import annotations
 import marshal
 import shlex
 import subprocess
-import sys
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_hil.naoqi_programs.choregraphe.project import parsed
+from nao_hil.naoqi_programs.runner import command
 from nao_hil.naoqi_programs.source import program_code
 
 
@@ -74,8 +74,8 @@ class ServiceManager:
             return False
         with tempfile.NamedTemporaryFile(prefix="nao-hil-service-", delete=False) as code:
             code.write(marshal.dumps(program_code(path)))
-        command = [sys.executable, "-m", "nao_hil.naoqi_programs.runner", code.name, str(path), *arguments]
-        process = self._running[name] = subprocess.Popen(command, cwd=self._project)
+        process = subprocess.Popen(command(code.name, path, arguments), cwd=self._project)
+        self._running[name] = process
 
         def watch() -> None:
             process.wait()
