@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import marshal
 import math
 import os
 import re
@@ -15,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import CodeType
 from typing import Annotated
 
 import typer
@@ -29,7 +31,7 @@ from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.signals import on_signals
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
-from nao_hil.naoqi_programs.runner import ADDRESS
+from nao_hil.naoqi_programs.runner import ADDRESS, command
 from nao_hil.naoqi_programs.source import program_code
 from nao_hil.runs.supervisor import Child
 
@@ -65,23 +67,24 @@ def run_naoqi(
     Starts an emulated robot and `serve naoqi` when none runs, and ends with the program's exit code. Any
     address in the program leads to this robot. Options of this command come before the program.
     """
-    program_code(program)
+    compiled = program_code(program)
     arguments = arguments or []
     given = {argument.partition("=")[0] for argument in arguments}
     for option in filter(given.__contains__, OWN_OPTIONS):
         text = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
         print(f"warning: {text}", file=sys.stderr, flush=True)
-    code, started = run_program(program, arguments, robot, url, connect)
+    code, started = run_program(program, compiled, arguments, robot, url, connect)
     return Answer({"exit_code": code, "started": started}, code=code)
 
 
 def run_program(
-    program: Path, arguments: list[str], robot: str | None, url: str, connect: str
+    program: Path, compiled: CodeType, arguments: list[str], robot: str | None, url: str, connect: str
 ) -> tuple[int, list[str]]:
     """Run a program at a served robot; robot and server are started where they are missing.
 
     Args:
-        program: in Python 2 or 3.
+        program: its file.
+        compiled: its code.
         arguments: its own.
         robot: body of a robot that is started; None: a V5.
         url: of NAOqi.
@@ -100,17 +103,19 @@ def run_program(
     with ExitStack() as ends:
         folder = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="nao-hil-naoqi-")))
         started = []
+        code_file = folder / "code"
+        code_file.write_bytes(marshal.dumps(compiled))
         with _alone(port):
             if not _answers(host, port):
-                for name, command in _missing(robot, url, connect, folder):
-                    child = Child(name, command, folder)
+                for name, words in _missing(robot, url, connect, folder):
+                    child = Child(name, words, folder)
                     ends.callback(child.end, GRACE)
                     started.append(child)
                 with open_console().status("starting the robot"):
                     # the port is open before all services are there
                     _await(lambda: f"is served at {url}" in started[-1].stderr, started)
         process = subprocess.Popen(
-            [sys.executable, "-m", "nao_hil.naoqi_programs.runner", str(program), *arguments],
+            command(code_file, program, arguments),
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
         )
         on_signals(stop.set)
@@ -215,7 +220,9 @@ def run_choregraphe(
     read_behaviour(file)
     with tempfile.TemporaryDirectory(prefix="nao-hil-choregraphe-") as folder:
         report = Path(folder) / "report.json"
-        code, started = run_program(PLAY, [str(file), str(report), f"{idle:g}"], robot, url, connect)
+        code, started = run_program(
+            PLAY, program_code(PLAY), [str(file), str(report), f"{idle:g}"], robot, url, connect
+        )
         could_not = json.loads(report.read_text()) if report.is_file() else []
     for sentence in could_not:
         print(f"not done: {sentence}", file=sys.stderr)

@@ -15,10 +15,11 @@ from typing import Any, Final
 from bridge.errors import ConfigurationError
 from nao_hil.naoqi_programs.python2 import NAMES, to_str
 
-ESCAPE: Final = "(unicode error)"
-r"""Begins its error of `"C:\Users"`, which is a text of Python 2."""
 _DIVISION: Final = re.compile(r"^from __future__ import .*\bdivision\b", re.MULTILINE)
 _UNICODE: Final = re.compile(r"^from __future__ import .*\bunicode_literals\b", re.MULTILINE)
+_NUMBERS: Final = re.compile(r"(?<=\[)[-+.,\s\[\]\deE]{200,}(?=\])")
+"""Long lists of numbers, as in dances: lib2to3 is slow, and need not read them if none is octal."""
+_OCTAL: Final = re.compile(r"(?<![\w.])0\d")
 _SPARED: Final = {"lib2to3.fixes.fix_import", "lib2to3.fixes.fix_unicode"}
 """The first would make imports of a program's own files relative, the second forget which texts are unicode."""
 _RENAMED: Final = (
@@ -33,13 +34,17 @@ _RENAMED: Final = (
 """Names removed from PIL, numpy and qi, and their present names; words that are reserved now."""
 
 
-def no_program(name: str, error: Any) -> ConfigurationError:
-    """The error of a file, with the message of Python's parser or of lib2to3."""
-    reason, line = getattr(error, "msg", str(error)), getattr(error, "lineno", None)
-    if hasattr(error, "context"):  # its parser
-        line = error.context[1][0]
-    elif line is None and len(error.args) == 2:  # its tokenizer
-        reason, (line, _) = error.args
+def no_program(name: str, *errors: Any) -> ConfigurationError:
+    """The error of a file: the message of the parser that read furthest, Python's or lib2to3's."""
+    found = []
+    for error in errors:
+        reason, line = getattr(error, "msg", str(error)), getattr(error, "lineno", None)
+        if hasattr(error, "context"):  # its parser
+            line = error.context[1][0]
+        elif line is None and len(error.args) == 2:  # its tokenizer
+            reason, (line, _) = error.args
+        found.append((line or 0, reason))
+    line, reason = max(found, key=lambda item: item[0])
     place = f", line {line}" if line else ""
     return ConfigurationError(f"{name}{place}: {reason}; this is no Python program.")
 
@@ -64,33 +69,45 @@ def _converter() -> Any:
     return RefactoringTool([f for f in get_fixers_from_package("lib2to3.fixes") if f not in _SPARED])
 
 
-def from_python2(text: str, name: str) -> ast.Module:
+def from_python2(text: str, name: str, *errors: Exception) -> ast.Module:
     """The tree of a source in Python 2.
 
     Args:
         text: the source.
         name: of the file, for errors.
+        errors: those of Python 3's parser, if it is Python 2 only because Python 3 does not read it.
 
     Raises:
         ConfigurationError: it is no Python program, or this Python has no lib2to3.
     """
     lines = (line.expandtabs(8) if line[:1].isspace() else line for line in text.splitlines())
+    numbers: list[str] = []
+
+    def put_aside(found: re.Match[str]) -> str:
+        if _OCTAL.search(found[0]):
+            return found[0]
+        numbers.append(found[0])
+        return f"_numbers_{len(numbers) - 1}_" + "\n" * found[0].count("\n")
+
     try:
-        converted = str(_converter().refactor_string("\n".join(lines) + "\n", name))
+        short = _NUMBERS.sub(put_aside, "\n".join(lines) + "\n")
+        converted = str(_converter().refactor_string(short, name))
     except ImportError:
+        kind = f"cannot be read by Python 3 ({errors[0]})" if errors else "is written for Python 2"
         raise ConfigurationError(
-            f"{name} is written for Python 2, and this Python has no lib2to3 to convert it; run `2to3 -w` of "
+            f"{name} {kind}, and this Python has no lib2to3, which converts Python 2; run `2to3 -w` of "
             "Python 3.12 or older on it first."
         ) from None
     except Exception as error:  # lib2to3's parser has errors of its own, without a common class
-        raise no_program(name, error) from None
+        raise no_program(name, *errors, error) from None
     for old, new in _RENAMED:
         converted = re.sub(old, new, converted)
+    converted = re.sub(r"_numbers_(\d+)_\n*", lambda found: numbers[int(found[1])], converted)
     try:
         try:
             tree = ast.parse(converted, name)
         except SyntaxError as error:
-            if ESCAPE not in str(error):
+            if "(unicode error)" not in str(error):  # as of "C:\\Users", which is a text of Python 2
                 raise
             converted = _without_unicode_escapes(converted)
             tree = ast.parse(converted, name)
@@ -98,7 +115,7 @@ def from_python2(text: str, name: str) -> ast.Module:
         meaning.visit(tree)
         return ast.fix_missing_locations(tree)
     except (SyntaxError, ValueError) as error:
-        raise no_program(name, error) from None
+        raise no_program(name, *errors, error) from None
 
 
 def _without_unicode_escapes(text: str) -> str:
@@ -214,7 +231,10 @@ class _OldMeaning(ast.NodeTransformer):
         return self._python2("less", ast.Constant(order), node.left, node.comparators[0], at=node)
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
-        """One with `__cmp__` has an order."""
+        """One with `__cmp__` has an order; its docstring remains a text, since Python 3 encodes it."""
+        first = node.body[0]
+        if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+            first.value.kind = "u"
         self.generic_visit(node)
         if any(isinstance(part, ast.FunctionDef) and part.name == "__cmp__" for part in node.body):
             node.decorator_list.insert(0, self._python2("ordered", at=node))

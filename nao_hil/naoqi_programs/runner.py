@@ -1,16 +1,20 @@
-"""Runs one program: `python -m nao_hil.naoqi_programs.runner PROGRAM [ARGUMENT ...]`.
+"""Runs one program: `python runner.py CODE PROGRAM [ARGUMENT ...]`.
 
-Whatever robot the program names, it is connected to the one at the address in `NAO_HIL_NAOQI`. The process ends
-with the program's exit code at once: qi can take seconds to be taken apart.
+CODE is a file with the program's code (`marshal`). Whatever robot the program names, it is connected to the one
+at the address in `NAO_HIL_NAOQI`. The process ends after the program's threads and exit functions, with its
+exit code, but does not call the exit functions of qi, which can take seconds.
 """
 
 from __future__ import annotations
 
+import atexit
+import marshal
 import os
 import signal
 import site
 import sys
 import sysconfig
+import threading
 from functools import partial
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader, FileFinder, SourceFileLoader
 from pathlib import Path
@@ -21,12 +25,17 @@ from bridge.adapters.naoqi.real_robot import connected
 from bridge.errors import LinkError
 from nao_hil.naoqi_programs.python2 import put_back
 from nao_hil.naoqi_programs.services import Service, print_error, sendable
-from nao_hil.naoqi_programs.source import compiled, is_old, program_code
+from nao_hil.naoqi_programs.source import compiled, is_old
 
 ADDRESS: Final = "NAO_HIL_NAOQI"
 MODULES: Final = Path(__file__).parent / "modules"
 PATIENCE: Final = 20.0
 """Timeout of NAOqi on a busy machine, s; qi itself would wait for ever for a server that is no NAOqi."""
+
+
+def command(code: Path | str, program: Path, arguments: list[str]) -> list[str]:
+    """The command that runs a program; `python -m` would take modules from the working directory first."""
+    return [sys.executable, __file__, str(code), str(program), *arguments]
 
 
 def _redirect(url: str) -> None:
@@ -127,8 +136,8 @@ def _interrupt_once() -> None:
     signal.signal(signal.SIGTERM, handle)
 
 
-def main(program: str, arguments: list[str]) -> int:
-    """Run a program; its exit code."""
+def main(code: Path, program: str, arguments: list[str]) -> int:
+    """Run a program until its threads have ended; its exit code."""
     try:
         _redirect(os.environ[ADDRESS])
     except LinkError as error:
@@ -139,10 +148,11 @@ def main(program: str, arguments: list[str]) -> int:
     module = sys.modules["__main__"] = ModuleType("__main__")
     module.__file__ = program
     put_back()
+    atexit._clear()  # those of qi
     try:
-        code = program_code(Path(program))
-        load_modules(is_old(code))
-        exec(code, vars(module))
+        program_code = marshal.loads(code.read_bytes())
+        load_modules(is_old(program_code))
+        exec(program_code, vars(module))
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):
             return end.code or 0
@@ -156,9 +166,22 @@ def main(program: str, arguments: list[str]) -> int:
     return 0
 
 
+def _ended(code: int) -> int:
+    """Wait for the program's threads, and call its exit functions, as an interpreter does; the exit code."""
+    for end in (threading._shutdown, atexit._run_exitfuncs):  # type: ignore[attr-defined]
+        try:
+            end()
+        except KeyboardInterrupt:
+            code = 130
+        except BaseException as error:
+            print_error(error, sys.argv[0])
+    return code
+
+
 if __name__ == "__main__":
+    del sys.path[0]  # this folder
     _interrupt_once()
-    _code = main(sys.argv[1], sys.argv[2:])
+    _code = _ended(main(Path(sys.argv[1]), sys.argv[2], sys.argv[3:]))
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(_code & 255)

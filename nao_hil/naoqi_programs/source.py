@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import importlib.util
-import re
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,19 +11,8 @@ from types import CodeType
 from typing import Final
 
 from bridge.config import read_limited
-from nao_hil.naoqi_programs.conversion import ESCAPE, from_python2, no_program, own_names, with_imports
+from nao_hil.naoqi_programs.conversion import from_python2, no_program, own_names, with_imports
 
-_OLD: Final = (
-    re.compile(r"(^|[;:])\s*print\s+[^(\s=]", re.MULTILINE),
-    re.compile(r"(^|[;:])\s*print\s*$", re.MULTILINE),
-    re.compile(r"^\s*except\s+[\w.()\s,]+,\s*\w+\s*:", re.MULTILINE),
-    re.compile(r"(^|[;:])\s*raise\s+\w+\s*,", re.MULTILINE),
-    re.compile(r"(^|[;:])\s*exec\s+[\"'\w]", re.MULTILINE),
-    re.compile(r"<>|`|\b[uU][rR]['\"]|[=(,\s]0[0-7]+\b|\b\d+[lL]\b|\.async\b|\basync\s*="),
-    re.compile(r"^\s*global\s", re.MULTILINE),
-    re.compile(r"^\s*def\s+\w+\(.*\(\w+,.*\).*\):", re.MULTILINE),
-)
-"""Syntax that Python 3 no longer reads."""
 _UNCLOSED: Final = "unterminated"
 """Begins Python 3's error of a text without an end, which Python 2 does not read either."""
 _OLD_NAMES: Final = {
@@ -81,7 +69,10 @@ def compiled(source: bytes, name: str, *, old: bool | None = False, package: Pat
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # invalid escapes are usual in Python 2
         tree = _parsed(text, name, old=old)
-        return compile(with_imports(tree, package), name, "exec", dont_inherit=True)
+        try:
+            return compile(with_imports(tree, package), name, "exec", dont_inherit=True)
+        except SyntaxError as error:  # of a meaning, such as a `return` outside a function
+            raise no_program(name, error) from None
 
 
 def is_old(code: CodeType) -> bool:
@@ -103,10 +94,9 @@ def _parsed(text: str, name: str, *, old: bool | None) -> ast.Module:
         tree = ast.parse(text, name)
         compile(tree, name, "exec", dont_inherit=True)
     except (SyntaxError, ValueError) as error:
-        is_python2 = isinstance(error, TabError) or any(pattern.search(text) for pattern in _OLD)
-        if ESCAPE in str(error) or (is_python2 and not str(error).startswith(_UNCLOSED)):
-            return from_python2(text, name)
-        raise no_program(name, error) from None
+        if str(error).startswith(_UNCLOSED) or "\0" in text:
+            raise no_program(name, error) from None
+        return from_python2(text, name, error)
     if _is_old(tree):
         return from_python2(text, name)
     if old is None:

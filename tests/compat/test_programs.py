@@ -24,6 +24,7 @@ from tests.system.naoqi_robot import obedient_robot, serve, wait_for
 pytest.importorskip("qi")
 
 PROGRAMS = Path(__file__).parent / "programs"
+LINES = ",\n"
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +59,7 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
     ("name", "arguments", "code", "lines"),
     [
         ("old.py.txt", ["nao.local"], 7, ["said 3"]),
+        ("threads.py.txt", [], 3, ["main part ends", "danced 0.5", "rested"]),
         ("old_ear.py.txt", [], 0, ["heard (1, 1365) False"]),
         (
             "joints.py",
@@ -147,6 +149,7 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "again What about you?",
                 "variable Anna",
                 "heard Yes",
+                "jumped So am I",
                 "not understood what",
             ],
         ),
@@ -210,6 +213,10 @@ def meaning(source: str) -> dict[str, Any]:
         ("from __future__ import division\nprint\nx = 7 / 2", 3.5),
         ("def f():\n\tn = 8\n        global n\n\tn /= 3\nf()\nx = n", 2),
         ("x = sum(xrange(4))", 6),
+        ("print'a'\nx = 7 / 2", 3),
+        ("print'a'\nclass Greeter:\n    'Begrüßt Gäste'\nx = Greeter().__doc__", "Begrüßt Gäste"),
+        (f"print'a'\nx = [{LINES.join(['[0.5, -2e-3]'] * 40)}]", [[0.5, -0.002]] * 40),
+        (f"print'a'\nx = [{'010, 8, ' * 60}]", [8, 8] * 60),
         ("print ''\nx = map(ord, bytearray('ab', 'ascii')) + [ord('c')]", [97, 98, 99]),
         ("x = {1: 2}.has_key(1)", True),
         ("try:\n    raise ValueError, 'bad'\nexcept ValueError, e:\n    x = str(e)", "bad"),
@@ -230,6 +237,9 @@ def test_a_program_in_python_2_means_what_it_meant(source: str, value: Any) -> N
         ("print 'a' 'b\n", ", line 1: unterminated string literal"),
         ("print 'a'\nx = (1,\ny = 2\n", ", line 3: bad input"),
         ("print 'a'\nx = (1,\n", ", line 3: "),
+        (f"print 'a'\nx = [{'1.5, ' * 50}\n{'2, ' * 50}]\ny = (\nz = 2\n", ", line 5: bad input"),
+        ("print 'a'\nx = 7 /\n", ", line 2: "),
+        ("return 3\n", ", line 1: 'return' outside function"),
         ("x = \0", ": source code (string )?cannot contain null bytes"),
     ],
 )

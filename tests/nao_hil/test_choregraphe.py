@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +17,7 @@ import pytest
 pytest.importorskip("qi")
 pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
 
+from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
@@ -47,12 +51,19 @@ def diagram(boxes: str, *links: tuple[int, int, int, int]) -> str:
     return f"<Diagram>{boxes}{ends}</Diagram>"
 
 
-def timeline(content: str, *, enable: int = 0, curves: str = "", frame: int = 1) -> str:
+def timeline(
+    content: str, *, enable: int = 0, curves: str = "", frame: int = 1, limits: str = "", name: str = ""
+) -> str:
     actuators = f"<ActuatorList>{curves}</ActuatorList>" if curves else ""
-    return (
-        f'<Timeline enable="{enable}" fps="25">{actuators}<BehaviorLayer><BehaviorKeyframe index="{frame}">'
-        f"{content}</BehaviorKeyframe></BehaviorLayer></Timeline>"
-    )
+    keyframe = f'<BehaviorKeyframe name="{name}" index="{frame}">{content}</BehaviorKeyframe>'
+    layer = f"<BehaviorLayer>{keyframe}</BehaviorLayer>"
+    return f'<Timeline enable="{enable}" fps="25" {limits}>{actuators}{layer}</Timeline>'
+
+
+def says(number: int, text: str) -> str:
+    """A box that notes a text when it starts."""
+    script = f"    def onInput_onStart(self): said.append({text!r}); self.onStopped()\n"
+    return box(number, f"Say {text}", script)
 
 
 class Robot:
@@ -64,7 +75,32 @@ class Robot:
         self.free = threading.Event()
 
     def service(self, name: str) -> Any:
-        return {"ALMotion": self, "ALMemory": self}[name]
+        return {"ALMotion": self, "ALMemory": self, "ALDialog": self, "ALTextToSpeech": self}[name]
+
+    def getLanguage(self) -> str:
+        return "English"
+
+    def loadTopicContent(self, text: str) -> str:
+        return text.split("~")[1].split("(")[0]
+
+    def getLoadedTopics(self, language: str) -> list[str]:
+        assert language == "English"
+        return ["Talk_enu"]
+
+    def activateTopic(self, name: str) -> None:
+        self.calls.append(("activate", name))
+
+    def unloadTopic(self, name: str) -> None:
+        self.calls.append(("unload", name))
+
+    def subscribe(self, name: str) -> None:
+        self.calls.append(("subscribe", name))
+
+    def unsubscribe(self, name: str) -> None:
+        self.calls.append(("unsubscribe", name))
+
+    def raiseEvent(self, event: str, value: Any) -> None:
+        self.calls.append(("raise", event, value))
 
     def subscriber(self, event: str) -> Any:
         return SimpleNamespace(signal=SimpleNamespace(connect=self.told.setdefault(event, []).append))
@@ -91,7 +127,7 @@ def play(folder: Path, inside: str, more: str = "") -> tuple[Player, Robot, list
     file = folder / "behavior.xar"
     file.write_text(f"<ChoregrapheProject>{box(-1, 'root', '', inside, more)}</ChoregrapheProject>")
     robot, said = Robot(), list[Any]()
-    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager()}
+    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager(), "sys": sys, "time": time}
     player = Player(robot.service, names, robot, folder, lambda name, module: said.append((name, module)))
     player.play(read_behaviour(file))
     return player, robot, said
@@ -155,8 +191,8 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
         "        if len(said) < 3: self.gotoAndPlayParent(1)\n"
     )
     first = "    def onInput_onStart(self): starts.append(1)\n"
-    inside = timeline(diagram(box(1, "Again", again), (0, 2, 1, 2)), enable=1, curves=curve, frame=6)
-    inside += timeline(diagram(box(1, "First", first), (0, 2, 1, 2)), enable=1)
+    inside = timeline(diagram(box(1, "Again", again), (0, 1, 1, 2)), enable=1, curves=curve, frame=6)
+    inside += timeline(diagram(box(1, "First", first), (0, 1, 1, 2)), enable=1)
     moves = box(1, "Dance", "", inside)
     player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
     assert player.ended.wait(10.0) and said == [0, 1, 2], player.could_not
@@ -169,6 +205,92 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
         True,
     )
     assert sent[1][3] == [[pytest.approx(0.16), pytest.approx(0.36)]]
+
+
+def test_a_keyframe_is_loaded_at_its_frame_and_sends_on_load(tmp_path: Path) -> None:
+    """Only the diagram at the timeline's start receives its onStart as well."""
+    first = diagram(says(1, "first") + says(2, "start"), (0, 1, 1, 2), (0, 2, 2, 2))
+    second = diagram(says(1, "second") + says(2, "never"), (0, 1, 1, 2), (0, 2, 2, 2))
+    keys = '<Key frame="12" value="0"/>'
+    inside = timeline(first, enable=1, curves=f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>')
+    inside += timeline(second, enable=1, frame=6)
+    boxes = box(1, "Timeline", "", inside) + says(2, "root")
+    player, _, said = play(tmp_path, timeline(diagram(boxes, (0, 2, 1, 2), (0, 1, 2, 2), (1, 4, 0, 4))))
+    assert player.ended.wait(10.0) and player.could_not == []
+    assert sorted(said[:3]) == ["first", "root", "start"] and said[3:] == ["second"]
+
+
+def test_a_timeline_plays_from_its_start_frame_to_its_end_frame(tmp_path: Path) -> None:
+    """25 frames a second: frames 26 to 51 last 1 s. The curve is cut at 51, 1 / 200 of the way from 0 to 90."""
+    keys = "".join(f'<Key frame="{f}" value="{v}"/>' for f, v in ((25, -60), (50, 0), (250, 90)))
+    curve = f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>'
+    limits = 'start_frame="26" end_frame="51"'
+    inside = timeline(diagram(says(1, "before"), (0, 1, 1, 2)), enable=1, curves=curve, limits=limits)
+    for frame in (40, 60):
+        inside += timeline(diagram(says(1, str(frame)), (0, 1, 1, 2)), enable=1, frame=frame)
+    moves = box(1, "Dance", "", inside)
+    player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
+    assert player.ended.wait(10.0) and said == ["before", "40"]
+    (sent,) = robot.calls
+    assert sent[2] == [[0.0, pytest.approx(math.radians(90.0 / 200.0))]]
+    assert sent[3] == [[pytest.approx(0.96), pytest.approx(1.0)]]
+
+
+def test_a_script_pauses_the_timeline_around_it_and_goes_to_a_frame_by_its_name(tmp_path: Path) -> None:
+    """As the boxes Stop and Goto (name) of Choregraphe 2; a paused timeline loads the diagram there."""
+    script = (
+        "    def onInput_onStart(self):\n        said.append('waits')\n"
+        "        self.getParentTimeline().pause()\n"
+        "        time.sleep(0.6)\n        self.getParentTimeline().goTo('story')\n"
+    )
+    nested = box(1, "Group", "", timeline(diagram(box(1, "Goto", script), (0, 2, 1, 2))))
+    inside = timeline(diagram(nested, (0, 1, 1, 2)), enable=1)
+    inside += timeline(diagram(says(1, "story"), (0, 1, 1, 2), (1, 4, 0, 4)), enable=1, frame=6, name="story")
+    moves = box(1, "Play", "", inside)
+    player, _, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
+    until(lambda: said == ["waits"])
+    time.sleep(0.4)  # frame 6 would be at 0.24 s
+    assert said == ["waits"]
+    assert player.ended.wait(5.0) and said == ["waits", "story"] and player.could_not == []
+
+
+def test_a_timeline_that_a_script_has_paused_is_nothing_that_runs(tmp_path: Path) -> None:
+    script = "    def onInput_onStart(self): self.getParentTimeline().pause(); said.append('paused')\n"
+    inside = timeline(diagram(box(1, "Stop", script), (0, 1, 1, 2)), enable=1)
+    inside += timeline(diagram(""), enable=1, frame=500)
+    player, _, said = play(tmp_path, timeline(diagram(box(1, "Play", "", inside), (0, 2, 1, 2))))
+    until(lambda: said == ["paused"])
+    until(lambda: player.idle > 0.2, "a player without anything that runs")
+
+
+def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path) -> None:
+    """Its file of topics is beside the behaviour; only the topic of the robot's language becomes active."""
+    (tmp_path / "Talk").mkdir()
+    (tmp_path / "Talk" / "Talk.dlg").write_text("multilanguage:Talk\n  enu:Talk_enu.top\n  frf:Talk_frf.top\n")
+    for code in ("enu", "frf"):
+        (tmp_path / "Talk" / f"Talk_{code}.top").write_text(f"topic: ~Talk_{code}()\nlanguage: {code}\n")
+    outputs = '<dialogFile>../Talk/Talk.dlg</dialogFile><Output name="game" nature="2" id="6"/>'
+    boxes = box(1, "Talk", inside=outputs) + says(2, "game")
+    folder = tmp_path / "behavior_1"
+    folder.mkdir()
+    player, robot, said = play(folder, timeline(diagram(boxes, (0, 2, 1, 2), (1, 6, 2, 2), (1, 4, 0, 4))))
+    until(lambda: ("raise", "onStart", 1) in robot.calls)
+    assert [call for call in robot.calls if call[0] == "activate"] == [("activate", "Talk_enu")]
+    assert [sentence.split(" waits")[0] for sentence in player.waiting()] == ["the box Talk"]
+    robot.tell("game", 1)
+    until(lambda: said == ["game"])
+    robot.tell("onStopped", 1)
+    assert player.ended.wait(5.0) and player.could_not == []
+    assert [call[1] for call in robot.calls if call[0] == "unload"] == ["Talk_enu", "Talk_frf"]
+
+
+def test_an_empty_box_stays_and_a_script_without_a_class_runs(tmp_path: Path) -> None:
+    comment = '<Box name="Note" id="1"><Input name="onStart" nature="2" id="2"/></Box>'
+    code = comment.replace("Note", "Code").replace('id="1"', 'id="2"', 1)
+    code = code.replace("</Box>", "<script><content>said.append(sys.byteorder)</content></script></Box>")
+    player, _, said = play(tmp_path, timeline(diagram(comment + code, (0, 2, 1, 2), (0, 2, 2, 2))))
+    until(lambda: said != [])
+    assert said == [sys.byteorder] and player.could_not == []
 
 
 def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Path) -> None:
@@ -192,6 +314,27 @@ def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Pat
     (name, module), path, half = said
     assert name.startswith("Play_Sound__") and module.getName() == name
     assert (path, half) == (f"{tmp_path.resolve()}/song.wav", 3)
+
+
+def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the box Run App Executable starts it; the run lasts as long as the service."""
+    (tmp_path / "scripts").mkdir()
+    (tmp_path / "scripts" / "main.py").write_text("print 'started'\n")
+    service = '<service name="main" execStart="/usr/bin/python2 scripts/main.py --quiet" autorun="false"/>'
+    (tmp_path / "manifest.xml").write_text(f"<package><services>{service}</services></package>")
+    command = [sys.executable, "-c", "import sys; open('ran', 'w').write(' '.join(sys.argv[1:]))"]
+    popen = subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda given, **how: popen([*command, *given[3:]], **how))
+    names = {"ALFrameManager": FrameManager()}
+    player = Player(Robot().service, names, None, tmp_path, min)
+    manager = ServiceManager(player, tmp_path)
+    stopped: list[str] = []
+    manager.serviceStopped.connect(lambda name, _: stopped.append(name))
+    assert manager.startService("my_package.main") is True and player.idle == 0.0
+    until(lambda: stopped == ["my_package.main"])
+    assert (tmp_path / "ran").read_text() == f"{tmp_path / 'scripts' / 'main.py'} --quiet"
+    assert not manager.isServiceRunning("my_package.main") and player.could_not == []
+    assert manager.startService("other") is False and len(player.could_not) == 1
 
 
 def test_a_behaviour_runs_another_of_its_project(tmp_path: Path) -> None:

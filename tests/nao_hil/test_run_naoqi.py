@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import pytest
 from bridge.adapters.naoqi import qi_library
 from nao_hil.cli.main import run
 from nao_hil.cli.run_naoqi import _missing, _print_reports, run_naoqi
-from nao_hil.naoqi_programs.runner import ADDRESS, main
+from nao_hil.naoqi_programs.runner import ADDRESS, command, main
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
 
@@ -53,17 +54,28 @@ def test_an_option_of_its_own_after_the_program_is_warned_of(
 
 
 def test_what_is_no_naoqi_is_told_in_a_sentence(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("qi")
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         monkeypatch.setenv(ADDRESS, url)
         monkeypatch.setattr("nao_hil.naoqi_programs.runner.PATIENCE", 0.2)
-        assert main("hello.py", []) == 3
+        assert main(tmp_path / "code", "hello.py", []) == 3
     assert capsys.readouterr().err.endswith(
         f"error: No NAOqi answers at {url} (no answer). Stop what listens there, or give another --url.\n"
     )
+
+
+def test_modules_of_the_working_directory_do_not_replace_those_of_this_project(tmp_path: Path) -> None:
+    pytest.importorskip("qi")
+    for name in ("bridge", "nao_hil", "qi"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('not this one')\n")
+    path = os.pathsep.join(place or os.getcwd() for place in sys.path)
+    environment = os.environ | {ADDRESS: f"tcp://127.0.0.1:{free_port()}", "PYTHONPATH": path}
+    words = command(tmp_path / "code", tmp_path / "hello.py", [])
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=TIMEOUT)
+    assert done.returncode == 3 and "No NAOqi answers" in done.stderr
 
 
 def test_programs_started_together_share_one_robot(tmp_path: Path) -> None:

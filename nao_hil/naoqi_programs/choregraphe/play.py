@@ -13,6 +13,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from bridge.adapters.naoqi.declared import HOME, ROBOT_HOME
+from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
@@ -122,6 +124,9 @@ def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and list omitted steps."""
     import qi  # late: `BehaviorManager` needs none
 
+    home = ROBOT_HOME if ROBOT_HOME.is_dir() else HOME
+    home.mkdir(exist_ok=True)
+    os.environ["HOME"] = str(home)  # scripts run on the robot
     session = qi.Session()
     session.connect(os.environ["NAO_HIL_NAOQI"])
     folder, project = file.resolve().parent, project_of(file)
@@ -134,9 +139,12 @@ def play(file: Path, report: Path, idle: float) -> None:
     run_later = qi.runAsync
     qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
     own["ALBehaviorManager"] = BehaviorManager(player, project, idle)
+    own["ALServiceManager"] = ServiceManager(player, project)
     player.play_to_end(read_behaviour(file), idle)
     report.write_text(json.dumps(player.could_not))
 
 
 if __name__ == "__main__":
     play(Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))
+    sys.stdout.flush()
+    os._exit(0)  # without waiting for threads of scripts

@@ -6,11 +6,14 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
+from contextlib import contextmanager
+from functools import lru_cache, partial
 from pathlib import Path
+from types import CodeType
 from typing import Any, Final
 
-from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Diagram
+from nao_hil.naoqi_programs.choregraphe.dialog import DialogBox
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box
 from nao_hil.naoqi_programs.choregraphe.scripts import generated_class
 from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
 from nao_hil.naoqi_programs.source import compiled
@@ -21,6 +24,10 @@ FORBIDDEN: Final = "the box {name} was not played: {reason}"
 _SUBSCRIBES: Final = re.compile(r"""(?:subscribeTo(?:Micro)?Event|subscriber)\(\s*["']([^"']+)""")
 """Events that a script waits for."""
 Services = Callable[[str], Any]
+
+
+class _Worker(threading.Thread):
+    """A thread of a player, which counts what runs in it."""
 
 
 class Player:
@@ -61,7 +68,7 @@ class Player:
     def idle(self) -> float:
         """Time for which nothing has run, s."""
         others = (thread for thread in threading.enumerate() if thread not in self._threads)
-        if any(not isinstance(thread, threading._DummyThread) for thread in others):
+        if any(not isinstance(thread, threading._DummyThread | _Worker) for thread in others):
             return 0.0  # of a script; qi's own threads are dummies
         with self._lock:
             return 0.0 if self._running else time.monotonic() - self._last
@@ -72,6 +79,16 @@ class Player:
             self._running += 1
         pending.then(lambda _: self._release())
         return pending
+
+    @contextmanager
+    def resting(self) -> Iterator[None]:
+        """The present work waits for an order, and does not count as something that runs."""
+        self._release()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running += 1
 
     def _release(self) -> None:
         with self._lock:
@@ -95,7 +112,7 @@ class Player:
                     self.could_not.append(full)
                 return
             self._running += 1
-        threading.Thread(target=self._run, args=(work,), daemon=True).start()
+        _Worker(target=self._run, args=(work,), daemon=True).start()
 
     def _run(self, work: Callable[[], None]) -> None:
         try:
@@ -133,6 +150,7 @@ class Player:
         """A sentence for each started box that waits for an event."""
         for running in self._boxes:
             events = [*running.box.events.values(), *_SUBSCRIBES.findall(running.box.script)]
+            events += ["words (NaoHil.hear)"] if running.box.dialog else []
             if running.active and events:
                 yield f"the box {running.box.name} waits for {' or '.join(dict.fromkeys(events))}"
 
@@ -154,11 +172,15 @@ class Player:
         with self._lock:
             self._boxes.append(running)
             running.module_name = f"{re.sub(r'[^0-9A-Za-z]', '_', name)}__{len(self._boxes)}"
-        if "MyClass" not in script:
+        if running.box.dialog:
+            return DialogBox(running)
+        if not script:
             return None
         scope = self._names | {"GeneratedClass": generated_class(running)}
         try:
-            exec(compiled(script.encode(), f"<box {name}>", old=True), scope)
+            exec(_code(script), scope)
+            if "MyClass" not in scope:
+                return None
             made = scope["MyClass"]()
             if "getName" in script:
                 self._register(running.module_name, made)
@@ -166,6 +188,11 @@ class Player:
         except Exception as error:
             self.cannot(FORBIDDEN.format(name=name, reason=f"its script failed ({error})"))
         return None
+
+
+@lru_cache
+def _code(script: str) -> CodeType:
+    return compiled(script.encode(), "<box>", old=True)
 
 
 class RunningBox:
@@ -192,7 +219,7 @@ class RunningBox:
         self.timeline: Timeline | None = None
         self._inner: dict[tuple[int, int], RunningBox] = {}
         self._script: Any = None
-        self._loaded = False
+        self._loaded = self._opened = False
         self._lock = threading.RLock()
 
     def emit(self, output: str, value: Any = None) -> None:
@@ -220,21 +247,24 @@ class RunningBox:
         if name in box.starts:
             self.active = True
         self.load()
+        self._open()
         if self._script is not None:
             self._call(f"onInput_{name}", value)
-        for number, diagram in enumerate(box.diagrams):
-            if not (box.timed and name in box.starts and diagram.frame > 1):
-                self.follow(number, diagram, PARENT, name, value)
+        if box.timed and name in box.starts:
+            self.timeline = self.timeline or Timeline(self)
+            self.timeline.play(box.start, name, value)
+            return
+        loaded = range(len(box.diagrams)) if not box.timed else self.timeline.loaded if self.timeline else ()
+        for number in loaded:
+            self.follow(number, PARENT, name, value)
         if name in box.stops:
             self._stop()
-        elif box.timed and name in box.starts:
-            self.timeline = self.timeline or Timeline(self)
-            self.timeline.play()
         elif name in box.starts and self._script is None and not box.diagrams:
-            if box.plugin or "MyClass" not in box.script:
-                reason = f"the plugin {box.plugin} is not offered" if box.plugin else "it has no script"
+            if box.plugin:
+                reason = f"the plugin {box.plugin} is not offered"
                 self.player.cannot(FORBIDDEN.format(name=box.name, reason=reason))
-            self.emit("onStopped")
+            if box.plugin or box.script:  # an empty box stays as it is
+                self.emit("onStopped")
 
     def _stop(self) -> None:
         """End the boxes inside; a box without a script of its own is left then."""
@@ -248,7 +278,7 @@ class RunningBox:
         self.active = False
 
     def load(self) -> None:
-        """Make the script's object and listen to events, once; inner boxes that have events do so, too."""
+        """Make the script's object and listen to events, once."""
         with self._lock:
             if self._loaded:
                 return
@@ -258,10 +288,19 @@ class RunningBox:
             self._call("onLoad", None)
         for name, event in self.box.events.items():
             self.player.subscribe(event, partial(self._notice, name))
-        for number, diagram in enumerate(self.box.diagrams):
-            for target, box in diagram.boxes.items():
-                if box.events:
-                    self._inner_box(number, diagram, target).load()
+
+    def _open(self) -> None:
+        """Load the diagrams but those of a timeline, once: when the box is first stimulated (assumed)."""
+        with self._lock:
+            opened, self._opened = self._opened, True
+        for number in range(len(self.box.diagrams)) if not (opened or self.box.timed) else ():
+            self.enter(number)
+
+    def enter(self, number: int) -> None:
+        """Load the boxes of a diagram; then its border sends onLoad."""
+        for target in self.box.diagrams[number].boxes:
+            self._inner_box(number, target).load()
+        self.follow(number, PARENT, "onLoad", None)
 
     def _notice(self, name: str, value: Any) -> None:
         """An event: it counts once the box has started, unless it cannot be started."""
@@ -282,7 +321,7 @@ class RunningBox:
     def unload(self) -> None:
         """Call the script's `onUnload`, once."""
         with self._lock:
-            script, self._loaded = self._script if self._loaded else None, False
+            script, self._loaded, self._opened = self._script if self._loaded else None, False, False
         if script is not None:
             self._call("onUnload", None)
 
@@ -299,8 +338,9 @@ class RunningBox:
             if method.removeprefix("onInput_") in self.box.starts:
                 self.emit("onStopped")
 
-    def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
+    def follow(self, number: int, source: int, output: str, value: Any) -> None:
         """Stimulate the inputs linked to a box's output; the parent's inputs are outputs here."""
+        diagram = self.box.diagrams[number]
         names = self.box.inputs if source == PARENT else diagram.boxes[source].outputs
         for link in diagram.links:
             if link.source != source or names.get(link.output) != output:
@@ -308,16 +348,17 @@ class RunningBox:
             if link.target == PARENT:
                 self.emit(self.box.outputs.get(link.input, ""), value)
             elif link.target in diagram.boxes:
-                inner = self._inner_box(number, diagram, link.target)
+                inner = self._inner_box(number, link.target)
                 name = inner.box.inputs.get(link.input, "")
                 self.player.start(lambda inner=inner, name=name: inner.stimulate(name, value))  # type: ignore[misc]
 
-    def _inner_box(self, number: int, diagram: Diagram, target: int) -> RunningBox:
+    def _inner_box(self, number: int, target: int) -> RunningBox:
         with self._lock:
             if (number, target) not in self._inner:
 
                 def left(output: str, value: Any) -> None:
-                    self.follow(number, diagram, target, output, value)
+                    self.follow(number, target, output, value)
 
-                self._inner[number, target] = RunningBox(self.player, diagram.boxes[target], left, self)
+                box = self.box.diagrams[number].boxes[target]
+                self._inner[number, target] = RunningBox(self.player, box, left, self)
             return self._inner[number, target]

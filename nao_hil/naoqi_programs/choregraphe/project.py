@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from bridge.config import read_limited
 from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
 
 MAX_SIZE: Final = 20_000_000
 """bytes of a file"""
@@ -36,8 +38,12 @@ class Diagram:
 
     boxes: dict[int, Box]
     links: tuple[BoxLink, ...]
-    frame: int = 0
-    """Of the timeline around it, at which it begins."""
+    frame: int = 1
+    """Of the timeline around it, at which it is loaded."""
+    layer: int = 0
+    """Of the timeline; a later diagram of a layer replaces the earlier one."""
+    label: str = ""
+    """Name of its frame."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +72,42 @@ class Box:
     inherited: frozenset[str]
     """Parameters whose value is that of the box around it."""
     script: str
+    dialog: str
+    """File that names its topics, relative to the behaviour; or empty."""
     plugin: str
     timed: bool
     """Its timeline is on."""
     fps: float
+    start: float = 0.0
+    """Frame at which its timeline begins."""
+    end: float | None = None
+    """Frame at which it ends; None: at the last key."""
     diagrams: tuple[Diagram, ...] = ()
-    curves: tuple[Curve, ...] = field(default=())
+    curves: tuple[Curve, ...] = ()
+
+    def diagrams_at(self, frame: float) -> set[int]:
+        """Numbers of the diagrams that a frame of the timeline is in: the latest of each layer."""
+        layers: dict[int, int] = {}
+        for number, diagram in sorted(enumerate(self.diagrams), key=lambda item: item[1].frame):
+            if diagram.frame <= frame:
+                layers[diagram.layer] = number
+        return set(layers.values())
+
+    def frame_of(self, name: Any) -> float:
+        """The frame of a name or a number.
+
+        Raises:
+            RuntimeError: no frame has this name.
+        """
+        labels = {diagram.label: diagram.frame for diagram in self.diagrams}
+        if not isinstance(name, str) or name not in labels:
+            try:
+                return float(name)
+            except ValueError:
+                raise RuntimeError(
+                    f"the box {self.name} has no {unknown_name('frame', name, labels)}"
+                ) from None
+        return labels[name]
 
 
 def behaviours(path: Path) -> list[Path]:
@@ -89,7 +125,7 @@ def behaviours(path: Path) -> list[Path]:
         return [path]
     if path.suffix != ".pml":
         raise ConfigurationError(f"{path}: a Choregraphe project is a .pml, a .xar, or the folder of one.")
-    named = [e for e in _parsed(path).iter() if _tag(e) == "BehaviorDescription"]
+    named = [e for e in parsed(path).iter() if _tag(e) == "BehaviorDescription"]
     files = [path.parent / e.get("src", "") / e.get("xar", "behavior.xar") for e in named]
     if not files:
         raise ConfigurationError(f"{path}: it names no behaviour; is it a Choregraphe project?")
@@ -102,13 +138,18 @@ def read_behaviour(path: Path) -> Box:
     Raises:
         ConfigurationError: no such file, not XML, or not a behaviour.
     """
-    for element in _parsed(path):
+    for element in parsed(path):
         if _tag(element) == "Box":
             return _box(element, path)
     raise ConfigurationError(f"{path}: it has no box; a behaviour of Choregraphe (.xar) is expected.")
 
 
-def _parsed(path: Path) -> ET.Element:
+def parsed(path: Path) -> ET.Element:
+    """The outermost element of a file.
+
+    Raises:
+        ConfigurationError: it cannot be read, or declares a document type.
+    """
     try:
         data = read_limited(path, MAX_SIZE, f"give a file of a Choregraphe project of at most {MAX_SIZE} bytes")
         text = data.decode("utf-8-sig")
@@ -137,14 +178,20 @@ def _box(element: ET.Element, path: Path) -> Box:
     try:
         timelines = list(_children(element, "Timeline"))
         timed = any(t.get("enable") == "1" for t in timelines)
-        diagrams, curves = [], []
-        for timeline in timelines:
-            for keyframe in _children(timeline, "BehaviorLayer", "BehaviorKeyframe"):
-                frame = int(keyframe.get("index", "0"))
-                diagrams += [_diagram(d, frame, path) for d in _children(keyframe, "Diagram")]
-            if timed:
-                curves += [_curve(c) for c in _children(timeline, "ActuatorList", "ActuatorCurve")]
-        diagrams += [_diagram(d, 0, path) for d in _children(element, "Diagram")]
+        start = max((float(t.get("start_frame", "1")) for t in timelines), default=1.0)
+        end = max((float(t.get("end_frame", "-1")) for t in timelines), default=-1.0)
+        diagrams = [_diagram(d, path) for d in _children(element, "Diagram")]
+        curves: list[Curve] = []
+        layers = [layer for timeline in timelines for layer in _children(timeline, "BehaviorLayer")]
+        for number, layer in enumerate(layers, start=1):
+            for keyframe in _children(layer, "BehaviorKeyframe"):
+                frame, label = max(1, int(keyframe.get("index", "1"))), keyframe.get("name", "")
+                for diagram in _children(keyframe, "Diagram"):
+                    made = _diagram(diagram, path)
+                    diagrams.append(Diagram(made.boxes, made.links, frame, number, label))
+        if timed:
+            elements = [c for t in timelines for c in _children(t, "ActuatorList", "ActuatorCurve")]
+            curves = [_curve(c, end if end > 0.0 else math.inf) for c in elements]
         inputs, parameters = list(_children(element, "Input")), list(_children(element, "Parameter"))
         scripts = [c.text or "" for c in _children(element, "script", "content")]
         return Box(
@@ -159,9 +206,12 @@ def _box(element: ET.Element, path: Path) -> Box:
                 e.get("name", "") for e in parameters if e.get("inherits_from_parent") in ("1", "true")
             ),
             script="\n".join(scripts).strip(),
+            dialog=next((e.text or "" for e in _children(element, "dialogFile")), "").strip(),
             plugin=element.get("plugin", ""),
             timed=timed,
             fps=max((float(t.get("fps", "25")) for t in timelines), default=25.0),
+            start=start if start > 1.0 else 0.0,
+            end=end if end > 0.0 else None,
             diagrams=tuple(diagrams),
             curves=tuple(curve for curve in curves if curve.frames),
         )
@@ -169,17 +219,24 @@ def _box(element: ET.Element, path: Path) -> Box:
         raise ConfigurationError(f"{path}: box `{element.get('name')}` cannot be read ({error}).") from None
 
 
-def _diagram(element: ET.Element, frame: int, path: Path) -> Diagram:
+def _diagram(element: ET.Element, path: Path) -> Diagram:
     ends = ("outputowner", "indexofoutput", "inputowner", "indexofinput")
     links = [BoxLink(*(int(e.get(end, "0")) for end in ends)) for e in _children(element, "Link")]
     boxes = {int(e.get("id", "-1")): _box(e, path) for e in _children(element, "Box")}
-    return Diagram(boxes, tuple(links), frame)
+    return Diagram(boxes, tuple(links))
 
 
-def _curve(element: ET.Element) -> Curve:
+def _curve(element: ET.Element, end: float) -> Curve:
+    """A curve up to a frame, where it is cut on the line between two keys."""
     keys = sorted((float(k.get("frame", "0")), float(k.get("value", "0"))) for k in _children(element, "Key"))
     if element.get("mute") == "1":
         keys = []
+    beyond = next((i for i, (frame, _) in enumerate(keys) if frame > end), None)
+    if beyond is not None:
+        (before, first), (after, last) = keys[max(0, beyond - 1)], keys[beyond]
+        keys = keys[:beyond]
+        if before < end:
+            keys.append((end, first + (last - first) * (end - before) / (after - before)))
     return Curve(element.get("actuator", ""), tuple(f for f, _ in keys), tuple(v for _, v in keys))
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import os
 import time
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Protocol
-
-import qi
 
 from nao_hil.naoqi_programs.choregraphe.project import Box
 from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
@@ -51,11 +48,11 @@ def script_globals(own: dict[str, Any]) -> dict[str, Any]:
         return own[name] if name in own else real.__new__(kind)
 
     vendor.ALProxy = type("ALProxy", (real,), {"__new__": proxy})
-    names = {name: getattr(vendor, name) for name in ("ALBehavior", "ALBroker", "ALModule", "ALProxy")}
+    names = {name: getattr(vendor, name) for name in vendor.__all__}
     for name in _GLOBAL_PROXIES:
         with contextlib.suppress(RuntimeError):  # a service that this robot does not have
             names[name] = vendor.ALProxy(name)
-    return names | {"ALFrameManager": own["ALFrameManager"], "qi": qi, "time": time, "os": os}
+    return names | {"ALFrameManager": own["ALFrameManager"], "time": time}
 
 
 class OwnSession:
@@ -143,24 +140,57 @@ def _logger(name: str) -> Any:
     return logger
 
 
-def _timeline_methods(running: ScriptedBox) -> dict[str, Any]:
-    """Methods that play the box's own timeline, and the enclosing one (`...Parent`)."""
+class TimelineOfScript:
+    """`self.getTimeline()` and `self.getParentTimeline()`.
 
-    def go_to(whose: str, frame: Any, *, plays: bool) -> None:
-        """Move a timeline on."""
-        box = running.parent if whose else running
-        if box is None or box.timeline is None:
-            running.player.cannot(f"the box {running.box.name} has no timeline to move on")
+    Args:
+        running: the script's box.
+        box: the one whose timeline it is, or None.
+    """
+
+    def __init__(self, running: ScriptedBox, box: ScriptedBox | None) -> None:
+        self._running, self._box = running, box
+
+    def go_to(self, frame: Any = None, plays: bool | None = None) -> None:
+        """As `Timeline.go_to`; noted where there is none."""
+        if self._box is None or self._box.timeline is None:
+            self._running.player.cannot(f"the box {self._running.box.name} has no timeline to move on")
         else:
-            box.timeline.go_to(None if frame is None else float(frame), plays=plays)
+            self._box.timeline.go_to(frame, plays)
 
+    def play(self) -> None:
+        """Play on."""
+        self.go_to(plays=True)
+
+    def pause(self) -> None:
+        """Rest at the present frame."""
+        self.go_to(plays=False)
+
+    def stop(self) -> None:
+        """Rest at the first frame."""
+        self.go_to(self._box.box.start if self._box else None, plays=False)
+
+    def goTo(self, frame: Any) -> None:
+        """Go to a frame, a number or a name."""
+        self.go_to(frame)
+
+
+def _timeline_methods(running: ScriptedBox) -> dict[str, Any]:
+    """Methods that play the box's own timeline, and the one around it (`...Parent`)."""
+    around = running.parent
+    while around is not None and not around.box.timed and around.parent is not None:
+        around = around.parent
     methods: dict[str, Any] = {}
-    for whose in ("", "Parent"):
+    for whose, timeline in (
+        ("", TimelineOfScript(running, running)),
+        ("Parent", TimelineOfScript(running, around)),
+    ):
         methods |= {
-            f"playTimeline{whose}": lambda _, whose=whose: go_to(whose, None, plays=True),
-            f"stopTimeline{whose}": lambda _, whose=whose: go_to(whose, None, plays=False),
-            f"gotoAndPlay{whose}": lambda _, frame, whose=whose: go_to(whose, frame, plays=True),
-            f"gotoAndStop{whose}": lambda _, frame, whose=whose: go_to(whose, frame, plays=False),
+            f"get{whose}Timeline": lambda _, of=timeline: of,
+            f"playTimeline{whose}": lambda _, of=timeline: of.play(),
+            f"stopTimeline{whose}": lambda _, of=timeline: of.pause(),
+            f"gotoAndPlay{whose}": lambda _, frame, of=timeline: of.go_to(frame, True),
+            f"gotoAndStop{whose}": lambda _, frame, of=timeline: of.go_to(frame, False),
             f"exitBehavior{whose}": lambda _: running.player.ended.set(),
         }
     return methods

@@ -7,7 +7,7 @@ import threading
 import time
 from typing import Any, Final, Protocol
 
-from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Curve, Diagram
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Curve
 
 _SHORTEST: Final = 0.04
 """s to the first key."""
@@ -22,7 +22,10 @@ class TimedBox(Protocol):
     def emit(self, output: str, value: Any = None) -> None:
         """Leave the box through an output."""
 
-    def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
+    def enter(self, number: int) -> None:
+        """Load a diagram."""
+
+    def follow(self, number: int, source: int, output: str, value: Any) -> None:
         """Stimulate inputs that an output is linked to."""
 
 
@@ -38,16 +41,29 @@ class Timeline:
         self._changed = threading.Condition()
         self._order: tuple[float | None, bool] | None = None
         """Frame to jump to (None: the present one), and whether to play on."""
-        self._stopped = self._plays = False
+        self._stopped = self._started = self._moves = False
+        self.loaded: set[int] = set()
+        """Numbers of the diagrams at the present frame."""
 
-    def go_to(self, frame: float | None, *, plays: bool) -> None:
-        """Continue from a frame, or rest there."""
+    def go_to(self, frame: Any = None, plays: bool | None = None) -> None:
+        """Continue from a frame, or rest there.
+
+        Args:
+            frame: its number or its name; None: the present one.
+            plays: whether to play on; None: as now.
+
+        Raises:
+            RuntimeError: no frame has this name.
+        """
+        wanted = None if frame is None else self._box.frame_of(frame)
         with self._changed:
-            self._order = frame, plays
-            idle = not self._plays
+            before, moves = self._order or (None, self._moves)
+            wanted, moves = before if wanted is None else wanted, moves if plays is None else plays
+            self._order = wanted, moves
+            idle = not self._started
             self._changed.notify_all()
-        if idle and plays:
-            self._running.player.start(lambda: self.play(frame or 0.0))
+        if idle and moves:
+            self._running.player.start(lambda: self.play(self._box.start if wanted is None else wanted))
 
     def stop(self) -> None:
         """End it: the joints stay where they are."""
@@ -55,49 +71,64 @@ class Timeline:
             self._stopped = True
             self._changed.notify_all()
 
-    def play(self, frame: float = 0.0) -> None:
-        """Play from a frame to the end, as scripts order on the way; the box is left at the end."""
+    def play(self, frame: float, *signal: Any) -> None:
+        """Play from a frame to the end, as scripts order on the way; the box is left at the end.
+
+        Args:
+            frame: where it begins.
+            signal: input and value that start it; the diagrams there receive them.
+        """
         with self._changed:
-            if self._plays:
-                self._order = frame, True
-                self._changed.notify_all()
-                return
-            self._plays, self._stopped, self._order = True, False, None
-        plays, again = True, False
-        while plays or not self._stopped:
+            played, self._started, self._stopped = self._started, True, False
+            self._order = (frame, True) if played else None
+            self._changed.notify_all()
+        if not played:
+            self.loaded = set()
+            self._load(frame)
+        for number in self.loaded if signal else ():
+            self._running.follow(number, PARENT, *signal)
+        if not played:
+            self._play_pieces(frame)
+
+    def _load(self, frame: float) -> None:
+        """Load the diagrams at a frame: those that begin there, and those that were not there before."""
+        frame = max(1.0, frame)
+        before, self.loaded = self.loaded, self._box.diagrams_at(frame)
+        for number in sorted(self.loaded):
+            if number not in before or self._box.diagrams[number].frame == frame:
+                self._running.enter(number)
+
+    def _play_pieces(self, frame: float) -> None:
+        self._moves = True
+        while self._moves or not self._stopped:
             began = time.monotonic()
-            ended = self._play_piece(frame, began, again) if plays else self._rest()
+            ended = self._play_piece(frame, began) if self._moves else self._rest()
             if self._stopped or self._running.player.ended.is_set():
                 break
             if ended:
-                self._plays = False
+                self._started = self._moves = False
                 self._running.emit("onStopped")
                 return
-            here = frame + (time.monotonic() - began) * self._box.fps if plays else frame
+            here = frame + (time.monotonic() - began) * self._box.fps if self._moves else frame
             with self._changed:
-                wanted, plays = self._order or (None, True)
+                wanted, self._moves = self._order or (None, True)
                 self._order = None
-            again = wanted is not None
             frame = here if wanted is None else wanted
-        self._plays = False
+            if wanted is not None:
+                self._load(wanted)
+        self._started = self._moves = False
         self._end_motion()
 
     def _rest(self) -> bool:
         """Wait for an order."""
         self._end_motion()
-        with self._changed:
+        with self._running.player.resting(), self._changed:
             while self._order is None and not self._stopped and not self._running.player.ended.is_set():
                 self._changed.wait(0.1)
         return False
 
-    def _play_piece(self, frame: float, began: float, again: bool) -> bool:
-        """Play from a frame until the end (True) or an order.
-
-        Args:
-            frame: where it begins.
-            began: monotonic clock, s.
-            again: whether a script jumped to the frame, so that a diagram there begins, too.
-        """
+    def _play_piece(self, frame: float, began: float) -> bool:
+        """Play from a frame until the end (True) or an order; `began` is of the monotonic clock, s."""
         box, running = self._box, self._running
         moving = [curve for curve in (_behind(curve, frame) for curve in box.curves) if curve.frames]
         done = threading.Event()
@@ -105,12 +136,12 @@ class Timeline:
             running.player.start(lambda: self._move(moving, frame, done))
         else:
             done.set()
-        for number, diagram in sorted(enumerate(box.diagrams), key=lambda item: item[1].frame):
-            if diagram.frame > max(1.0, frame) or (again and diagram.frame == frame):
-                if self._wait_until(began + (diagram.frame - frame) / box.fps):
+        last = box.end or max((curve.frames[-1] for curve in moving), default=frame)
+        for keyframe in sorted({diagram.frame for diagram in box.diagrams}):
+            if max(1.0, frame) < keyframe <= (box.end or math.inf):
+                if self._wait_until(began + (keyframe - frame) / box.fps):
                     return False
-                running.follow(number, diagram, PARENT, "onStart", None)
-        last = max((curve.frames[-1] for curve in moving), default=frame)
+                self._load(keyframe)
         if self._wait_until(began + (last - frame) / box.fps):
             return False
         while not done.is_set():

@@ -8,6 +8,9 @@ concept:(hello) ["good morning" hello hi]
 u: (~hello {robot} my name is _*) $visitor=$1 Hello $1 , nice to meet you
     u1: (thank you) What about you?
 u: (are you well) Yes
+u: (play) Fine. ^goto(ages)
+proposal: %ages How old are you?
+    u1: (seven) So am I
 """
 
 session = qi.Session()
@@ -26,6 +29,9 @@ try:
     print("variable", memory.getData("visitor"))
     session.service("NaoHil").hear("Are you well?")
     print("heard", memory.getData("Dialog/LastAnswer"))
+    dialog.forceInput("play")
+    dialog.forceInput("seven")
+    print("jumped", memory.getData("Dialog/LastAnswer"))
     dialog.forceInput("what")
     print("not understood", memory.getData("Dialog/NotUnderstood"))
 finally:

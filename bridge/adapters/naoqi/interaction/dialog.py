@@ -167,6 +167,8 @@ class Dialog:
                 break
             goal = self._tagged(topic, jump[1])
             answer = answer.replace(jump[0], goal.answer if goal else "", 1)
+            if goal and goal.within:
+                self._within = topic.name, goal.within
         answer = answer[:MAX_ANSWER]
         while found := _CHOICE.search(answer):
             options = [quoted or word for quoted, word in _OPTION.findall(found[2])] or [""]
