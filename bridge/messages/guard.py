@@ -15,7 +15,7 @@ State = Literal["idle", "approach", "active", "hold", "crouch", "sit", "rest", "
 the robot down; `sit`: it sits down from the crouch, and takes no command; `rest`: down, without stiffness;
 `fallen`: limp, no command is taken for a while."""
 
-Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
+Reason = Literal["", "silence", "stop", "fall", "temperature", "battery", "sensors"]
 """Reason for which the guard controls the joints; empty: it does not."""
 
 Text = Annotated[str, msgspec.Meta(max_length=200)]
