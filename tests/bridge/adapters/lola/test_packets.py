@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from bridge.adapters.lola.packets import (
 )
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import SensorFrame
+from bridge.messages.frames import ELEMENTS
 
 DATA = Path(__file__).parent / "data"
 # Values that BerlinUnited/NaoTH print of a V6 that sits, packed again in LoLA's form.
