@@ -110,7 +110,7 @@ class RobotHost:
         """`reply_to` of the command in force; -1: none yet."""
         self.missed = 0
         """Expected answers that were not in time, cycles."""
-        link.serve(keys.GUARD, lambda _: encode(self.status))
+        link.serve(keys.GUARD, lambda _: self._reply())
         link.serve(keys.STOP, self._on_stop)
         link.serve(keys.ARM, self._on_arm)
 
@@ -297,4 +297,8 @@ class RobotHost:
             raise LinkError(
                 f"The robot's loop did not run within {CONFIRM_TIMEOUT:g} s; its next cycle carries this out."
             )
-        return encode(self.status)
+        return self._reply()
+
+    def _reply(self) -> bytes:
+        """The status, and the targets in force."""
+        return encode(msgspec.structs.replace(self.status, position=self.guard.position or ()))

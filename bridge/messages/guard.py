@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from bridge.messages.frames import SCHEMA_VERSION, Name
-from bridge.types import Count
+from bridge.types import Count, Finite
 
 State = Literal["idle", "approach", "active", "hold", "crouch", "sit", "rest", "fallen"]
 """`idle`: no command yet, the joints are left alone; `approach`: slowly on the way to a first command;
@@ -37,6 +37,9 @@ class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
     """Name of the controller that holds the robot; empty: it is free."""
     text: str
     """One sentence."""
+    position: tuple[Finite, ...] = ()
+    """Only in replies: 25 joint angles commanded last, rad; empty: the joints have been left alone. A first
+    command that the robot already holds; measured angles are lower, by the sag of the joints under load."""
 
     @property
     def under_command(self) -> bool:
