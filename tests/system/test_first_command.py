@@ -78,16 +78,16 @@ def test_a_robot_stands_after_ten_runs_of_the_team_page_s_client(
     found = re.search(r'title="client.py"\n(.*?)```', TEAM_PAGE.read_text(), re.DOTALL)
     assert found
     (tmp_path / "client.py").write_text(found[1].replace("[0.6]", f"[{stiffness}]"))
-    emulator = start("emulate", "--robot", "nao-v6", "--engine", "mujoco", "--mode", "lockstep", "--out", str(tmp_path / "v6"),
-                     "--listen", endpoint)  # fmt: skip
+    robot = ("--robot", "nao-v6", "--engine", "mujoco", "--mode", "lockstep")
+    emulator = start("emulate", *robot, "--out", str(tmp_path / "v6"), "--listen", endpoint)
     start("serve", "lola", "--socket", str(tmp_path / "lola.socket"), "--connect", endpoint)
     until((tmp_path / "lola.socket").exists, "LoLA's socket")
-    for _ in range(STARTS):
+    for number in range(STARTS):
         done = subprocess.run(
             [sys.executable, tmp_path / "client.py"], cwd=tmp_path, capture_output=True, text=True, check=True
         )
         left, right = map(float, re.findall(r"(\d+\.\d) kg", done.stdout))
-        assert left + right == pytest.approx(5.5, abs=1.5)
+        assert left + right == pytest.approx(5.5, abs=1.5), number
     emulator.interrupt()
     truths = [r.message for r in read_recording(tmp_path / "v6" / "frames.mcap") if r.topic == "world/truth"]
     assert truths and not any(truth.fell for truth in truths)
