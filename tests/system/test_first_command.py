@@ -17,6 +17,7 @@ from bridge.body import load_body
 from bridge.body.joints import LEG_SLOTS
 from bridge.body.postures import POSTURES
 from bridge.guard import Guard
+from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame
 from bridge.recording.playback import read_recording
 from emulator.robot import EmulatedRobot
@@ -74,7 +75,11 @@ def test_a_robot_stands_after_ten_starts_that_hold_it_where_it_is(
 def test_a_robot_stands_after_ten_runs_of_the_team_page_s_client(
     start: Callable[..., Any], endpoint: str, tmp_path: Path, stiffness: float
 ) -> None:
-    """Between two of them the guard crouches, because the client leaves the robot stiff."""
+    """Between two of them the guard crouches, because the client leaves the robot stiff.
+
+    Each begins at rest: the guard's own motion is faster than the clock in lockstep, and the first angles that a
+    client reads meanwhile are old when its first command comes.
+    """
     found = re.search(r'title="client.py"\n(.*?)```', TEAM_PAGE.read_text(), re.DOTALL)
     assert found
     (tmp_path / "client.py").write_text(found[1].replace("[0.6]", f"[{stiffness}]"))
@@ -82,12 +87,15 @@ def test_a_robot_stands_after_ten_runs_of_the_team_page_s_client(
     emulator = start("emulate", *robot, "--out", str(tmp_path / "v6"), "--listen", endpoint)
     start("serve", "lola", "--socket", str(tmp_path / "lola.socket"), "--connect", endpoint)
     until((tmp_path / "lola.socket").exists, "LoLA's socket")
+    guard = GuardClient("nao", endpoint)
     for number in range(STARTS):
         done = subprocess.run(
             [sys.executable, tmp_path / "client.py"], cwd=tmp_path, capture_output=True, text=True, check=True
         )
         left, right = map(float, re.findall(r"(\d+\.\d) kg", done.stdout))
         assert left + right == pytest.approx(5.5, abs=1.5), number
+        until(lambda: guard.status().state == "rest", "the crouch")
+    guard.close()
     emulator.interrupt()
     truths = [r.message for r in read_recording(tmp_path / "v6" / "frames.mcap") if r.topic == "world/truth"]
     assert truths and not any(truth.fell for truth in truths)
