@@ -77,8 +77,8 @@ def test_a_robot_stands_after_ten_runs_of_the_team_page_s_client(
 ) -> None:
     """Between two of them the guard crouches, because the client leaves the robot stiff.
 
-    Each begins at rest: the guard's own motion is faster than the clock in lockstep, and the first angles that a
-    client reads meanwhile are old when its first command comes.
+    Each begins at rest: the guard's own motion is faster than the clock in lockstep, and the first angles that
+    a client reads meanwhile are old when its first command comes.
     """
     found = re.search(r'title="client.py"\n(.*?)```', TEAM_PAGE.read_text(), re.DOTALL)
     assert found

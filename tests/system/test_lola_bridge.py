@@ -21,6 +21,7 @@ import pytest
 from bridge.adapters.lola.address import Address, parse_address
 from bridge.adapters.lola.bridge import LolaBridge, LolaCounts
 from bridge.adapters.robot_bridge import BridgeSettings
+from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
@@ -71,7 +72,7 @@ class FakeLola:
                     return
                 unpacker.feed(data)
                 self.maps += list(unpacker)
-                if self.echo and self.maps:
+                if self.echo and self.maps and "Stiffness" in self.maps[-1]:
                     self.values["Stiffness"] = self.maps[-1]["Stiffness"]
         self._drop.clear()
 
@@ -426,6 +427,25 @@ def test_the_relay_rests_the_joints_of_a_client_that_is_gone(
     assert all(0.0 <= step < 0.02 for step in steps)
 
 
+@pytest.mark.parametrize("python", PYTHONS.values(), ids=PYTHONS)
+def test_the_relay_crouches_first_with_a_robot_that_stands(lola: FakeLola, tmp_path: Path, python: str) -> None:
+    lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.1], "FSR": [0.65] * 8}
+    lola.echo = True
+    with relaying("127.0.0.1:0", tmp_path / "robocup", python) as (port, _):
+        with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:
+            client.sendall(msgpack.packb({"Stiffness": [0.8] * 25}, use_single_float=True))
+            until(lambda: lola.values["Stiffness"] == lola.maps[-1]["Stiffness"] if lola.maps else False)
+            time.sleep(0.1)
+        until(lambda: "Stiffness" in lola.maps[-1] and lola.maps[-1]["Stiffness"][0] == 0.0, "the release")
+    poses = [given["Position"] for given in lola.maps[1:] if "Position" in given]
+    legs = range(7, 18)
+    assert [poses[-1][i] for i in legs] == pytest.approx([POSTURES["Crouch"][i] for i in legs], abs=0.01)
+    fastest = max(abs(b - a) for old, new in itertools.pairwise(poses) for a, b in zip(old, new, strict=True))
+    assert fastest / 0.012 < 1.5  # rad/s
+    left = GuardSettings().crouch.rest_stiffness
+    assert lola.maps[-1]["Stiffness"] == pytest.approx([left if i in legs else 0.0 for i in range(25)])
+
+
 def test_the_relay_leaves_alone_what_its_client_has_not_commanded(lola: FakeLola, tmp_path: Path) -> None:
     with relaying("127.0.0.1:0", tmp_path / "robocup") as (port, _):
         with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:
@@ -458,4 +478,5 @@ def test_a_bridge_that_is_killed_leaves_a_robot_at_rest(
             until(lambda: len(lola.maps) > held + 200, "2.4 s of holding")
             assert lola.maps[-1]["Stiffness"] == [0.75] * 25
             bridge.kill()
-            until(lambda: max(lola.maps[-1]["Stiffness"]) == 0.0, "the joints to be released")
+            rest = GuardSettings().crouch.rest_stiffness + 1e-6
+            until(lambda: max(lola.maps[-1].get("Stiffness", [1.0])) <= rest, "the joints to be released")

@@ -6,11 +6,12 @@ One client at a time, as on the socket itself. There is no password: any client 
 listen on an address that only your machine reaches.
 
 LoLA keeps the last command for ever. When a client that has commanded the robot ends, or sends nothing for one
-second (its process hangs, the cable is out), the relay disconnects it and lowers the stiffness of all joints to
-0 in two seconds; so it does when it ends itself, by Ctrl-C, SIGTERM or SIGHUP. LoLA's packets are the clock,
-because the robot's wall clock may jump.
+second (its process hangs, the cable is out), the relay disconnects it, crouches in three seconds if the robot
+stands, and lowers the stiffness of all joints in two seconds: to 0, of the legs of a crouched robot to 0.1,
+without which it may tip over. It does so too when it ends itself, by Ctrl-C, SIGTERM or SIGHUP. LoLA's packets
+are the clock, because the robot's wall clock may jump.
 """
-# ruff: noqa: UP004, UP024, UP031, UP041  (Python 2 reads it too)
+# ruff: noqa: UP004, UP024, UP031, UP041, SIM105, B905  (Python 2 reads it too)
 
 import argparse
 import select
@@ -24,10 +25,28 @@ WAITING = 262144  # bytes kept for a side that does not read, some 3 s of packet
 LONGEST = 4096  # bytes of a client's map; LoLA's own have up to 786
 PACKET = 896  # bytes of each packet of LoLA's; one comes every 12 ms
 SILENCE = 83 * PACKET  # bytes from LoLA without any from the client
-RELEASE = 167  # packets that the ramp of the stiffness takes
+RELEASE = 167.0  # packets that the ramp of the stiffness takes
 WAIT = 0.1  # s for each of these packets
 JOINTS = 25
-STIFFNESS = b"\xa9Stiffness\xdc\x00\x19"  # key, and head of an array of 25: 0xca and a float 32 each
+DESCENT = 250  # packets that the way to the crouch takes: 3 s
+FIRST_LEG_JOINT = 7  # slot of LHipYawPitch
+# rad, the published posture Crouch, slots 7 to 17
+CROUCH = [
+    -0.25,
+    -0.08,
+    -0.7,
+    2.11,
+    -1.18,
+    0.077,
+    0.08,
+    -0.7,
+    2.11,
+    -1.18,
+    -0.077,
+]  # rad, the vendor's posture, slots 7 to 17
+REST = 0.1  # stiffness of the legs in the crouch
+UPRIGHT = 0.35  # rad of roll and pitch, below which the robot stands
+CARRIED = 3.0  # kg on the soles, above which it stands; it weighs 5.5
 SIZES = {0xC0: 0, 0xC2: 0, 0xC3: 0, 0xCA: 4, 0xCB: 8, 0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8}
 SIZES.update({0xD0: 1, 0xD1: 2, 0xD2: 4, 0xD3: 8})  # bytes behind the first one of msgpack's scalars
 
@@ -164,38 +183,77 @@ class Relay(object):
 
     def release(self):
         # type: () -> None
-        """Lower the stiffness of all joints to 0 if the client has commanded them; free joints stay free."""
+        """Crouch if the robot stands, then lower the stiffness of all joints; free joints stay free.
+
+        It becomes 0, after a crouch that of the legs REST, as the guard's does. Nothing is sent if the client
+        has not commanded the robot.
+        """
         if not self.commanded:
             return
-        log("lowering the stiffness of all joints to 0")
         self.robot.settimeout(WAIT)
         self.robot.sendall(bytes(self.waiting[self.robot]))
-        start = stiffness_in(bytes(self.newest))
-        for count in range(RELEASE, -1, -1):
-            left = [min(value, value * count / float(RELEASE)) for value in start]
-            self.robot.sendall(stiffness_map(left))
-            try:
-                if not self.robot.recv(READ):
-                    return
-            except socket.timeout:
-                pass
+        packets = bytes(self.newest)
+        stiffness = array_in(packets, b"Stiffness", JOINTS) or [0.0] * JOINTS
+        rest = [0.0] * JOINTS
+        if stands(packets):
+            log("crouching")
+            start = array_in(packets, b"Position", JOINTS)
+            for count in range(1, DESCENT + 1):
+                part = float(count) / DESCENT
+                part = part * part * (3.0 - 2.0 * part)
+                position = list(start)
+                for slot, goal in enumerate(CROUCH, FIRST_LEG_JOINT):
+                    position[slot] += part * (goal - start[slot])
+                self.cycle(map_of(b"Position", position))
+            rest[FIRST_LEG_JOINT : FIRST_LEG_JOINT + len(CROUCH)] = [REST] * len(CROUCH)
+        log("lowering the stiffness of all joints")
+        for count in range(int(RELEASE), -1, -1):
+            left = [min(v, r + (v - r) * count / RELEASE) for v, r in zip(stiffness, rest)]
+            self.cycle(map_of(b"Stiffness", left))
+
+    def cycle(self, command):
+        # type: (bytes) -> None
+        """Send a command and wait for LoLA's next packet."""
+        self.robot.sendall(command)
+        try:
+            self.robot.recv(READ)
+        except socket.timeout:
+            pass
 
 
-def stiffness_in(packets):
-    # type: (bytes) -> list[float]
-    """The 25 stiffnesses in the newest whole array of some bytes of LoLA's; zeros if there is none."""
-    at = packets.rfind(STIFFNESS, 0, len(packets) - 5 * JOINTS)
+def head_of(key, count):
+    # type: (bytes, int) -> bytes
+    """Key and head of an array, before its elements: 0xca and a float 32 each."""
+    head = struct.pack("B", 0x90 | count) if count < 16 else struct.pack(">BH", 0xDC, count)
+    return struct.pack("B", 0xA0 | len(key)) + key + head
+
+
+def map_of(key, values):
+    # type: (bytes, list[float]) -> bytes
+    """A map of LoLA's with one array."""
+    return b"\x81" + head_of(key, len(values)) + b"".join(b"\xca" + struct.pack(">f", v) for v in values)
+
+
+def array_in(packets, key, count):
+    # type: (bytes, bytes, int) -> list[float]
+    """The newest whole array of a key in LoLA's bytes; empty: none, or it holds something that cannot be."""
+    head = head_of(key, count)
+    at = packets.rfind(head, 0, len(packets) - 5 * count)
     if at < 0:
-        return [0.0] * JOINTS
-    at += len(STIFFNESS)
-    values = [struct.unpack_from(">f", packets, at + 5 * slot + 1)[0] for slot in range(JOINTS)]
-    return [value if -1.0 <= value <= 1.0 else 0.0 for value in values]  # 0 for NaN too
+        return []
+    at += len(head)
+    values = [struct.unpack_from(">f", packets, at + 5 * slot + 1)[0] for slot in range(count)]
+    return values if all(-100.0 < value < 100.0 for value in values) else []  # not with NaN
 
 
-def stiffness_map(values):
-    # type: (list[float]) -> bytes
-    """A map of LoLA's with the stiffness of each joint."""
-    return b"\x81" + STIFFNESS + b"".join(b"\xca" + struct.pack(">f", value) for value in values)
+def stands(packets):
+    # type: (bytes) -> bool
+    """Whether the robot is upright and its stiff legs carry it."""
+    angles, forces = array_in(packets, b"Angles", 2), array_in(packets, b"FSR", 8)
+    legs = array_in(packets, b"Stiffness", JOINTS)[FIRST_LEG_JOINT : FIRST_LEG_JOINT + len(CROUCH)]
+    if not (angles and forces and legs and array_in(packets, b"Position", JOINTS)):
+        return False
+    return max(map(abs, angles)) < UPRIGHT and sum(forces) > CARRIED and min(legs) >= 0.2
 
 
 def serve(host, port, path):
