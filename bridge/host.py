@@ -5,7 +5,7 @@ A robot that sets the pace (LoLA, NAOqi, an emulator in real time) calls `exchan
     with RobotLink(info, listen) as link:
         host = RobotHost(link, Guard(body, settings, armed=False))
         while not stop.is_set():
-            frame = device.read()             # SensorFrame with seq = 0, 1, 2, ..., blocks until the next cycle
+            frame = device.read()             # SensorFrame with seq = 0, 1, 2, ...; what it cannot read is NaN
             command = host.exchange(frame)    # publishes, takes the newest command, guards
             if command is not None:           # None: the command in force stays
                 device.write(command.position, command.stiffness)
@@ -110,7 +110,7 @@ class RobotHost:
         """`reply_to` of the command in force; -1: none yet."""
         self.missed = 0
         """Expected answers that were not in time, cycles."""
-        link.serve(keys.GUARD, lambda _: encode(self.status))
+        link.serve(keys.GUARD, lambda _: self._reply())
         link.serve(keys.STOP, self._on_stop)
         link.serve(keys.ARM, self._on_arm)
 
@@ -131,13 +131,15 @@ class RobotHost:
         """One cycle of a robot that sets the pace: publish its frame, return its command.
 
         Args:
-            frame: the robot's measurements; its `command` and `missed` are filled in here.
+            frame: the robot's measurements, an unreadable number as NaN; its `command` and `missed` are filled
+                in here.
             wait: s to wait for the answer to this very frame. 0: the newest command so far is taken, which
                 answers the frame before.
 
         Returns:
             The command put in force; None: the one in force stays.
         """
+        frame = self.guard.sense(frame)
         if wait > 0.0:
             self._publish_counted(frame)
             command = self.admit(self._answers(frame.seq, wait), frame.seq)
@@ -295,4 +297,8 @@ class RobotHost:
             raise LinkError(
                 f"The robot's loop did not run within {CONFIRM_TIMEOUT:g} s; its next cycle carries this out."
             )
-        return encode(self.status)
+        return self._reply()
+
+    def _reply(self) -> bytes:
+        """The status, and the targets in force."""
+        return encode(msgspec.structs.replace(self.status, position=self.guard.position or ()))

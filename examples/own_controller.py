@@ -23,10 +23,11 @@ def main(*endpoint: str) -> None:
     knee = nao_hil.JOINTS.index("LKneePitch")
     with nao_hil.connect(*endpoint, name="squatter", timeout=60.0) as robot:  # waits for it
         first = frame = robot.frame
+        stand = np.array(robot.first_target)  # not the measured angles, which sag
         knees = []
         while (time := frame.time - first.time) < PERIOD:
             bend = 0.5 * DEPTH * (1.0 - np.cos(2.0 * np.pi * time / PERIOD))
-            frame = robot.step(first.position + bend * BEND)
+            frame = robot.step(stand + bend * BEND)
             knees.append(frame.position[knee])
         print(f"{robot.info.body}: the knees went {max(knees) - knees[0]:.3f} rad down in {len(knees)} cycles")
 

@@ -61,7 +61,7 @@ with zenoh.open(config) as session:
         frame = msgpack.unpackb(frames.get(timeout=5.0))
         first = first or frame
         heads.append(frame["position"][0])  # slot 0 is HeadYaw
-        wanted = list(first["position"])
+        wanted = list(info["stand"])  # not the measured angles, which sag
         wanted[0] = 0.3 * math.sin(math.pi * (frame["time"] - first["time"]))
         answer = {"version": 3, "reply_to": frame["seq"], "lease": lease["lease"]}
         answer |= {"position": wanted, "stiffness": [1.0] * 25}

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bridge.errors import LinkError, RobotSilent
-from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink, keys
 from bridge.link.session import require_seconds
-from bridge.messages import Info, SensorFrame
+from bridge.messages import Info, SensorFrame, decode
+from bridge.messages.guard import GuardStatus
 from nao_hil.arguments import JointValues, UnreachableAngles, actuator_frame
 
 
@@ -29,6 +30,11 @@ class Connection:
         """Description of the robot: its body, its cycle time (s), the joints that it does not have."""
         self.frame = self._receive()
         """The newest sensor frame."""
+        status = decode(link.query(keys.GUARD), GuardStatus)
+        self.first_target = status.position or self.frame.position
+        """Joint angles that the robot held when this program took control, rad: a safe first command. They are
+        those commanded last; before any command the measured ones, which are lower by the sag of the joints: a
+        program that commands measured angles at each start makes the robot sink a little every time."""
 
     def step(self, position: JointValues, stiffness: JointValues = 1.0) -> SensorFrame:
         """Answer the newest sensor frame and wait for the next.
@@ -76,7 +82,7 @@ def connect(
 
     Example:
         with nao_hil.connect("tcp/192.168.1.7:7447") as robot:
-            stand = robot.frame.position
+            stand = robot.first_target
             while robot.frame.time < 5.0:
                 robot.step(stand, 0.8)
 

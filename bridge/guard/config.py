@@ -111,6 +111,14 @@ class TemperatureSettings(_Settings, frozen=True, kw_only=True):
             raise ValueError("the temperatures `resume`, `warn` and `limit` must rise in this order")
 
 
+class SensorSettings(_Settings, frozen=True, kw_only=True):
+    """Of sensor values that cannot be read."""
+
+    unreadable_cycles: Cycles = 25
+    """For which the last value counts; then the robot crouches and releases its joints. Commands are taken
+    again after as many readable ones."""
+
+
 class BatterySettings(_Settings, frozen=True, kw_only=True):
     """Charge, 0 to 1."""
 
@@ -140,3 +148,4 @@ class GuardSettings(_Settings, frozen=True, kw_only=True):
     fall: FallSettings = FallSettings()
     temperature: TemperatureSettings = TemperatureSettings()
     battery: BatterySettings = BatterySettings()
+    sensors: SensorSettings = SensorSettings()

@@ -19,6 +19,7 @@ from bridge.errors import FrameError
 from bridge.guard.config import GuardSettings
 from bridge.guard.motions import Approach, CloseStance, CommandStream, Descent, SitDown, Watchdog
 from bridge.guard.output import JointOutput
+from bridge.guard.readings import SensorMonitor
 from bridge.guard.status import FallMonitor, StatusLog, SupplyMonitor, tilt
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
@@ -59,6 +60,9 @@ class Guard:
         self._output = JointOutput(self._body, self._s.speed_ratio)
         self._crouch = self._output.ranges.clip(POSTURES[self._s.crouch.posture])
         self._fall = FallMonitor(self._body, self._s.fall, self._s.stance)
+        self._sensors = SensorMonitor(self._s.sensors)
+        self._sensed: SensorFrame | None = None
+        """Frame of the present cycle, as `sense` gave it."""
         self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
         self._watchdog = Watchdog(self._s.watchdog)
         self._approach = Approach(self._s.approach, self._body.cycle)
@@ -173,6 +177,20 @@ class Guard:
         revoke, self._revoke = self._revoke, False
         return revoke
 
+    def sense(self, frame: SensorFrame) -> SensorFrame:
+        """A new cycle's frame with the last good numbers in place of those that are not finite.
+
+        `cycle` does this itself to a frame that is not from here.
+
+        Args:
+            frame: as read; an unreadable number is NaN.
+        """
+        if frame is not self._sensed:
+            self._sensed = self._sensors.update(frame)
+            for code, text in self._sensors.take_reports():
+                self._log.add_notice(frame.seq, code, text, "info" if code == "sensor-readable" else "warning")
+        return self._sensed
+
     def check(self, frame: ActuatorFrame, seq: int) -> ActuatorFrame:
         """The frame with its angles inside their ranges; the slots of absent joints become 0.
 
@@ -199,7 +217,7 @@ class Guard:
         """One cycle.
 
         Args:
-            frame: of the present boundary.
+            frame: of the present boundary; unreadable numbers may be NaN.
             command: newest one, as `check` returns it; None: none.
             supervised: the watchdog counts cycles without a command: a controller holds the robot, or died
                 holding it.
@@ -209,13 +227,15 @@ class Guard:
         Returns:
             The command put in force now; None: the one in force stays.
         """
+        frame = self.sense(frame)
         self._handle_requests(frame)
         for text in self._supplies.update(frame):
             self._log.add_notice(frame.seq, "guard-warning", text)
         if self._fall.update(frame) and not direct and self.state not in ("idle", "rest"):
             self._release_joints(frame)
-        elif self._supplies.fault and self.state in ("approach", "active", "hold"):
-            self._descend(frame, self._supplies.fault)
+        elif self._fault and self.state in ("approach", "active", "hold"):
+            self._revoke = self._revoke or self._fault == "sensors"
+            self._descend(frame, self._fault)
         if command is None:
             self._stream.update(None)
         self._supervise(frame, command, supervised)
@@ -259,8 +279,13 @@ class Guard:
             self._log.enter(seq, "hold", "", "The controller gave the robot back.")
 
     @property
+    def _fault(self) -> Reason:
+        """Fault of the robot for which no command is taken; empty: none."""
+        return "sensors" if self._sensors.lost else self._supplies.fault
+
+    @property
     def _takes_commands(self) -> bool:
-        return self.armed and not self._supplies.fault and self._blocked == 0 and self.state != "sit"
+        return self.armed and not self._fault and self._blocked == 0 and self.state != "sit"
 
     def _handle_requests(self, frame: SensorFrame) -> None:
         while not self._requests.empty():
@@ -304,7 +329,7 @@ class Guard:
 
     def _begin_descent(self, frame: SensorFrame, *, limp: bool = False) -> State:
         """Begin the descent from the present pose; the state during it."""
-        settings = self._s.crouch
+        settings, limp = self._s.crouch, limp or not self._sensors.pose_known
         if limp:
             settings = msgspec.structs.replace(settings, release_time=0.0)
         stiffness = self._output.stiffness or frame.stiffness

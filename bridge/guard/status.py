@@ -20,6 +20,7 @@ _REASON_TEXTS: Final[dict[Reason, str]] = {
     "fall": " because it falls",
     "temperature": " because a motor is too hot",
     "battery": " because the battery is nearly empty",
+    "sensors": " because a sensor cannot be read",
 }
 _STATE_TEXTS: Final[dict[State, str]] = {
     "idle": "The joints are left alone until the first command",

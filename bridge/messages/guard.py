@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from bridge.messages.frames import SCHEMA_VERSION, Name
-from bridge.types import Count
+from bridge.types import Count, Finite
 
 State = Literal["idle", "approach", "active", "hold", "crouch", "sit", "rest", "fallen"]
 """`idle`: no command yet, the joints are left alone; `approach`: slowly on the way to a first command;
@@ -15,7 +15,7 @@ State = Literal["idle", "approach", "active", "hold", "crouch", "sit", "rest", "
 the robot down; `sit`: it sits down from the crouch, and takes no command; `rest`: down, without stiffness;
 `fallen`: limp, no command is taken for a while."""
 
-Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
+Reason = Literal["", "silence", "stop", "fall", "temperature", "battery", "sensors"]
 """Reason for which the guard controls the joints; empty: it does not."""
 
 Text = Annotated[str, msgspec.Meta(max_length=200)]
@@ -40,6 +40,9 @@ class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
     """Name of the controller that holds the robot; empty: it is free."""
     text: str
     """One sentence."""
+    position: tuple[Finite, ...] = ()
+    """Only in replies: 25 joint angles commanded last, rad; empty: the joints have been left alone. A first
+    command that the robot already holds; measured angles are lower, by the sag of the joints under load."""
 
     @property
     def under_command(self) -> bool:

@@ -138,7 +138,7 @@ class Hand:
     def _hold(self, end: threading.Event) -> None:
         try:
             with connect(self._endpoint, robot=self._robot, name="page", timeout=CONNECT_TIMEOUT) as robot:
-                target = np.array(robot.frame.position)
+                target = np.array(robot.first_target)
                 self._wanted[:] = target
                 self._held.set()
                 self._notify("The page holds the robot; its joints go where the sliders are.")

@@ -414,6 +414,13 @@ def test_clients_and_recordings_have_the_body_of_a_robot_with_a_sheet_of_its_own
     assert robot_info(load_body("nao-v6"), robot="nao", side="lola", mode="real-time", software="").sheet == ""
 
 
+@pytest.mark.parametrize("name", BODIES)
+def test_the_description_of_a_robot_fits_the_buffer_that_a_page_names(name: str) -> None:
+    """docs/how-to/another-language.md: zenoh-pico's fragments together."""
+    info = robot_info(load_body(name), robot="n" * 64, side="emulator", mode="real-time", software="s" * 64)
+    assert len(encode(info)) < 8192 - 512
+
+
 @pytest.mark.parametrize("sheet", ["{", "[]", '{"name": "x"}', "[" * 100_000])
 def test_a_sheet_that_is_none_is_refused_in_one_sentence(sheet: str) -> None:
     with pytest.raises(ConfigurationError, match="data sheet of x") as refused:

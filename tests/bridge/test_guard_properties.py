@@ -77,15 +77,21 @@ JUMP = [
 requests: st.SearchStrategy[Literal["crouch", "limp", "arm", ""]] = st.sampled_from(
     ["", "", "", "", "arm", "crouch", "limp"]
 )
+unread = st.sampled_from([math.nan, math.inf, -math.inf])
+readings = st.one_of(
+    angles,
+    st.lists(st.one_of(st.floats(-4.0, 4.0), unread), min_size=N_JOINTS, max_size=N_JOINTS).map(tuple),
+)
+leans = st.one_of(st.floats(-1.0, 1.0), unread)
 stretches = st.lists(
     st.tuples(
         st.one_of(st.none(), commands),
         st.integers(1, 40),
         requests,
-        st.one_of(st.none(), angles),
-        st.one_of(st.just((0.0, 0.0)), st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))),
-        st.sampled_from([30.0, 30.0, 90.0, 99.0]),
-        st.sampled_from([1.0, 1.0, 0.1, 0.01]),
+        st.one_of(st.none(), readings),
+        st.one_of(st.just((0.0, 0.0)), st.tuples(leans, leans)),
+        st.sampled_from([30.0, 30.0, 90.0, 99.0, math.nan]),
+        st.sampled_from([1.0, 1.0, 0.1, 0.01, math.nan]),
         st.booleans(),
     ),
     min_size=1,
@@ -127,6 +133,7 @@ def test_no_history_makes_an_output_leave_the_ranges_or_outrun_the_motors(name: 
             seq += 1
             if given is None:
                 continue
+            assert all(-1.0 <= value <= 1.0 for value in given.stiffness)
             for i, joint in enumerate(JOINTS):
                 if joint in HANDS or joint not in body.joints:
                     continue

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from typing import Literal
 
 import msgspec
 import pytest
@@ -279,6 +281,58 @@ def test_too_hot_or_too_empty_the_robot_goes_down_and_takes_nothing_until_it_is_
     setattr(robot, field, good)
     robot.command()
     assert robot.guard.state == "approach"
+
+
+def test_an_unreadable_sensor_is_reported_once_and_brings_the_robot_down_after_its_time() -> None:
+    """Of any kind: a controller could not see that the value is old."""
+    for field, slot in (("sonar", 0), ("position", LEGS[3]), ("angle", 1)):
+        guard = Guard(BODY)
+        limit = SETTINGS.sensors.unreadable_cycles
+
+        def cycle(seq: int, read: bool, guard: Guard = guard, field: str = field, slot: int = slot) -> str:
+            frame = sensors(seq)
+            if not read:
+                values = list(getattr(frame, field))
+                values[slot] = math.nan
+                frame = msgspec.structs.replace(frame, **{field: tuple(values)})
+            finite = guard.sense(frame)
+            assert getattr(finite, field) == getattr(sensors(seq), field)  # the last value
+            with contextlib.suppress(FrameError):
+                guard.cycle(finite, guard.check(command(seq), seq), supervised=True)
+            return guard.state
+
+        for seq in range(10):
+            assert cycle(seq, True) == "active"
+        states = [cycle(seq, False) for seq in range(10, 10 + 2 * limit)]
+        assert states[: limit - 1] == ["active"] * (limit - 1)
+        assert states[limit:] == ["crouch"] * limit
+        assert guard.status.reason == "sensors" and guard.take_revocation()
+        codes = [notice.code for notice in guard.take_notices()]
+        assert codes.count("sensor-unreadable") == 1
+        # readable in every second frame: neither reported again nor trusted
+        for seq in range(1000, 1000 + 4 * limit):
+            assert cycle(seq, seq % 2 == 0) in ("crouch", "rest")
+        states = [cycle(seq, True) for seq in range(2000, 2000 + limit + 1)]
+        assert "approach" not in states[: limit - 1] and states[-1] in ("approach", "active")
+        codes = [notice.code for notice in guard.take_notices()]
+        assert codes.count("sensor-unreadable") == 0 and codes.count("sensor-readable") == 1
+
+
+@pytest.mark.parametrize("how", ["crouch", "limp"])
+def test_a_stop_releases_a_robot_whose_joints_were_never_read(how: Literal["crouch", "limp"]) -> None:
+    """Its pose is unknown, so no motion is safe."""
+    guard = Guard(BODY, armed=False)
+    blind = msgspec.structs.replace(sensors(0), position=(math.nan,) * N_JOINTS)
+    assert guard.cycle(blind, None) is None
+    guard.arm()
+    guard.cycle(blind, None)
+    guard.cycle(blind, guard.check(command(0), 0))
+    assert guard.state == "idle" and guard.armed  # it takes no command
+    guard.stop(how)
+    given = guard.cycle(msgspec.structs.replace(blind, seq=1), None)
+    assert given is not None and guard.state == "rest"
+    assert max(given.stiffness) <= SETTINGS.crouch.rest_stiffness
+    assert all(map(math.isfinite, given.position))
 
 
 def test_a_robot_that_was_laid_down_is_left_alone_until_a_command_after_a_moment() -> None:

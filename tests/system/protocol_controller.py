@@ -2,7 +2,7 @@
 
     python protocol_controller.py ENDPOINT ROBOT_ID CYCLES
 
-Holds the robot as it stands and swings its head for that many cycles, then prints one JSON object.
+Holds the robot in its stand and swings its head for that many cycles, then prints one JSON object.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
         seen = frame["seq"]
         late += frame["command"] >= 0 and frame["command"] != seen - 1
         heads.append(frame["position"][0])
-        wanted = list(first["position"])
+        wanted = list(info["stand"])
         wanted[0] = 0.3 * math.sin(2.0 * math.pi * (seen - first["seq"]) * info["cycle"])
         answer = pack(
             {

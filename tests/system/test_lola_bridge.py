@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import select
+import shutil
 import socket
 import subprocess
 import sys
@@ -19,6 +21,7 @@ import pytest
 from bridge.adapters.lola.address import Address, parse_address
 from bridge.adapters.lola.bridge import LolaBridge, LolaCounts
 from bridge.adapters.robot_bridge import BridgeSettings
+from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
@@ -42,6 +45,8 @@ class FakeLola:
         self.values = dict(PACKET)
         self.maps: list[dict[str, Any]] = []
         self.garbage = b""
+        self.echo = False
+        """Packets have the stiffness of the newest map, as those of a robot."""
         self._ended = threading.Event()
         self._drop = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -67,6 +72,8 @@ class FakeLola:
                     return
                 unpacker.feed(data)
                 self.maps += list(unpacker)
+                if self.echo and self.maps and "Stiffness" in self.maps[-1]:
+                    self.values["Stiffness"] = self.maps[-1]["Stiffness"]
         self._drop.clear()
 
     def drop(self) -> None:
@@ -259,14 +266,49 @@ def test_bytes_of_no_packet_are_counted(bridged: Any, lola: FakeLola) -> None:
     assert end().dropped_bytes == len(lola.garbage)
 
 
-def test_a_broken_packet_is_left_out(bridged: Any, lola: FakeLola) -> None:
+UNREADABLE = {
+    "nan": {"Sonar": [float("nan")] * 2},
+    "short": {"Position": [0.0] * 24},
+    "missing": {"FSR": None},
+}
+
+
+@pytest.mark.parametrize("kind", UNREADABLE)
+def test_stop_and_arm_work_while_a_sensor_cannot_be_read(
+    bridged: Any, lola: FakeLola, endpoint: str, kind: str
+) -> None:
+    lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.0]}
     link, _ = bridged()
-    newest(link)
-    lola.values = {k: v for k, v in PACKET.items() if k != "FSR"}
-    time.sleep(0.1)
-    until(lambda: link.latest(0.2) is None, "the end of the frames")
-    lola.values = dict(PACKET)
-    assert newest(link).fsr == pytest.approx([9.81 * f for f in PACKET["FSR"]])
+    with GuardClient("nao", endpoint) as guard:
+        guard.arm("test")
+        link.acquire()
+        before = newest(link)
+        answer(link, lambda: len(lola.maps) > 2, position=(0.0,) * 25, stiffness=(0.9,) * 25)
+        broken = lola.values | UNREADABLE[kind]
+        lola.values = {key: value for key, value in broken.items() if value is not None}
+        codes: list[str] = []
+        until(lambda: codes.extend(n.code for n in link.notices()) or "sensor-unreadable" in codes, "a notice")
+        frame = newest(link)
+        assert (frame.sonar, frame.position, frame.fsr) == (before.sonar, before.position, before.fsr)
+        guard.stop("limp", "test")
+        until(lambda: max(lola.maps[-1]["Stiffness"]) <= 0.0, "the joints to be released")
+        assert not guard.status().armed
+        assert guard.arm("test").armed
+
+
+def test_a_silent_controller_s_robot_is_brought_down_while_a_sensor_cannot_be_read(
+    bridged: Any, lola: FakeLola, endpoint: str
+) -> None:
+    lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.0]}
+    link, _ = bridged()
+    with GuardClient("nao", endpoint) as guard:
+        guard.arm("test")
+        link.acquire()
+        answer(link, lambda: len(lola.maps) > 2, position=(0.0,) * 25, stiffness=(0.9,) * 25)
+        lola.values["Angles"] = [float("nan")] * 2
+        until(lambda: guard.status().state == "rest", "the robot to rest")
+    assert max(lola.maps[-1]["Stiffness"]) <= GuardSettings().crouch.rest_stiffness + 1e-6
+    assert lola.maps[-1]["Position"][10] > 1.0  # the knee: it crouched first
 
 
 def test_a_taken_socket_is_told_once(
@@ -301,14 +343,30 @@ def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, 
         bridge.run()
 
 
+def pythons() -> dict[str, str]:
+    """Interpreters that a V6 may have: this one, and a Python 2.7 if there is one."""
+    found = {"3": sys.executable}
+    places = [shutil.which("python2.7"), *map(str, Path.home().glob(".pyenv/versions/2.7*/bin/python2.7"))]
+    for place in filter(None, places):
+        if subprocess.run([place, "-c", ""], capture_output=True, check=False).returncode == 0:
+            found["2.7"] = place
+    return found
+
+
+PYTHONS = pythons()
+
+
 @contextlib.contextmanager
-def relaying(listen: str, path: Path) -> Iterator[int]:
-    """The relay as on a robot, where a plain Python without any package runs the one file; its port."""
-    command = [sys.executable, "-I", "-S", str(RELAY), "--listen", listen, "--socket", str(path)]
+def relaying(
+    listen: str, path: Path, python: str = sys.executable
+) -> Iterator[tuple[int, subprocess.Popen[str]]]:
+    """The relay as on a robot, where a plain Python without any package runs the one file; port and process."""
+    flags = ["-I", "-S"] if python == sys.executable else ["-E", "-s", "-S"]
+    command = [python, *flags, str(RELAY), "--listen", listen, "--socket", str(path)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as relay:
         try:
             assert relay.stderr is not None
-            yield int(relay.stderr.readline().rpartition(":")[2])
+            yield int(relay.stderr.readline().rpartition(":")[2]), relay
         finally:
             relay.kill()
 
@@ -319,7 +377,7 @@ def test_the_relay_takes_nothing_from_a_web_browser(tmp_path: Path) -> None:
         lola.listen()
         lola.settimeout(TIMEOUT)
         with (
-            relaying("127.0.0.1:0", tmp_path / "lola") as port,
+            relaying("127.0.0.1:0", tmp_path / "lola") as (port, _),
             socket.create_connection(("127.0.0.1", port), TIMEOUT) as browser,
         ):
             browser.sendall(b"POST / HTTP/1.1\r\n\r\n\x81\xa8Position\x90")
@@ -329,6 +387,96 @@ def test_the_relay_takes_nothing_from_a_web_browser(tmp_path: Path) -> None:
 
 
 def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path) -> None:
-    with relaying("127.0.0.1:0", tmp_path / "robocup") as port:
+    with relaying("127.0.0.1:0", tmp_path / "robocup") as (port, _):
         link, _ = bridged(address=f"127.0.0.1:{port}")
         assert newest(link).position == pytest.approx(PACKET["Position"])
+
+
+COMMAND = msgpack.packb(
+    {"Position": [0.25] * 25, "Stiffness": [0.75, -1.0, *[0.5] * 23], "Sonar": [True, False]},
+    use_single_float=True,
+)
+
+
+@pytest.mark.parametrize("python", PYTHONS.values(), ids=PYTHONS)
+@pytest.mark.parametrize("end", ["closes", "dies in a map", "hangs", "relay ends"])
+def test_the_relay_rests_the_joints_of_a_client_that_is_gone(
+    lola: FakeLola, tmp_path: Path, python: str, end: str
+) -> None:
+    lola.echo = True
+    with relaying("127.0.0.1:0", tmp_path / "robocup", python) as (port, relay):
+        with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:
+            client.sendall(COMMAND)
+            until(lambda: lola.maps, "the command")
+            assert list(lola.maps[0]) == ["Position", "Stiffness", "Sonar"]
+            time.sleep(0.1)
+            assert len(lola.maps) == 1
+            if end == "dies in a map":
+                client.sendall(COMMAND[:100])
+            if end == "hangs":  # its connection stays
+                until(lambda: len(lola.maps) > 1, "the ramp")
+            elif end == "relay ends":
+                relay.terminate()
+                until(lambda: relay.poll() is not None, "the relay's end")
+        until(lambda: lola.maps[-1]["Stiffness"][0] == 0.0, "the joints to be released")
+    ramp = [given["Stiffness"] for given in lola.maps[1:]]
+    assert all(list(given) == ["Stiffness"] for given in lola.maps[1:])
+    assert ramp[-1] == [0.0, -1.0, *[0.0] * 23]  # a free joint stays free
+    assert 50 < len(ramp) < 200  # gently: some 2 s
+    steps = [before[0] - after[0] for before, after in itertools.pairwise([[0.75], *ramp])]
+    assert all(0.0 <= step < 0.02 for step in steps)
+
+
+@pytest.mark.parametrize("python", PYTHONS.values(), ids=PYTHONS)
+def test_the_relay_crouches_first_with_a_robot_that_stands(lola: FakeLola, tmp_path: Path, python: str) -> None:
+    lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.1], "FSR": [0.65] * 8}
+    lola.echo = True
+    with relaying("127.0.0.1:0", tmp_path / "robocup", python) as (port, _):
+        with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:
+            client.sendall(msgpack.packb({"Stiffness": [0.8] * 25}, use_single_float=True))
+            until(lambda: lola.values["Stiffness"] == lola.maps[-1]["Stiffness"] if lola.maps else False)
+            time.sleep(0.1)
+        until(lambda: "Stiffness" in lola.maps[-1] and lola.maps[-1]["Stiffness"][0] == 0.0, "the release")
+    poses = [given["Position"] for given in lola.maps[1:] if "Position" in given]
+    legs = range(7, 18)
+    assert [poses[-1][i] for i in legs] == pytest.approx([POSTURES["Crouch"][i] for i in legs], abs=0.01)
+    fastest = max(abs(b - a) for old, new in itertools.pairwise(poses) for a, b in zip(old, new, strict=True))
+    assert fastest / 0.012 < 1.5  # rad/s
+    left = GuardSettings().crouch.rest_stiffness
+    assert lola.maps[-1]["Stiffness"] == pytest.approx([left if i in legs else 0.0 for i in range(25)])
+
+
+def test_the_relay_leaves_alone_what_its_client_has_not_commanded(lola: FakeLola, tmp_path: Path) -> None:
+    with relaying("127.0.0.1:0", tmp_path / "robocup") as (port, _):
+        with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:
+            client.settimeout(TIMEOUT)
+            assert client.recv(896)
+        with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:  # the first one's end is over
+            client.settimeout(TIMEOUT)
+            assert client.recv(896)
+            assert lola.maps == []
+
+
+def test_a_bridge_that_is_killed_leaves_a_robot_at_rest(
+    lola: FakeLola, tmp_path: Path, endpoint: str, start: Callable[..., Any]
+) -> None:
+    """Before: it is not disconnected while its controller is silent and its guard holds the joints."""
+    lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.0]}
+    lola.echo = True
+    with relaying("127.0.0.1:0", tmp_path / "robocup") as (port, _):
+        bridge = start("bridge", "lola", "--socket", f"127.0.0.1:{port}", "--listen", endpoint)
+        with contextlib.ExitStack() as stack:
+            link = stack.enter_context(ControllerLink("nao", endpoint, "tester"))
+            link.wait_robot(timeout=TIMEOUT)
+            guard = stack.enter_context(GuardClient("nao", endpoint))
+            guard.arm("test")
+            link.acquire()
+            answer(link, lambda: len(lola.maps) > 2, position=(0.0,) * 25, stiffness=(0.75,) * 25)
+            link.release()
+            until(lambda: guard.status().state == "hold", "the guard to hold")
+            held = len(lola.maps)
+            until(lambda: len(lola.maps) > held + 200, "2.4 s of holding")
+            assert lola.maps[-1]["Stiffness"] == [0.75] * 25
+            bridge.kill()
+            rest = GuardSettings().crouch.rest_stiffness + 1e-6
+            until(lambda: max(lola.maps[-1].get("Stiffness", [1.0])) <= rest, "the joints to be released")

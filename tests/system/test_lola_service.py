@@ -379,7 +379,7 @@ def test_a_server_that_ends_leaves_a_stiff_robot_to_its_guard(served: Any) -> No
     assert robot.link.leases.abandoned
 
 
-def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: Any) -> None:
+def test_a_client_that_does_not_read_is_closed_and_may_connect_again(served: Any) -> None:
     robot, connect, _ = served(mode="real-time", cycle=0.01)
     pacing = threading.Event()
 
@@ -396,6 +396,9 @@ def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: 
         client.send(pack(Stiffness=[0.0] * 25))
         until(lambda: robot.link.holder is not None, "the lease")
         until(lambda: robot.link.holder is None, "the server to give up its client")
+        with pytest.raises((EOFError, ConnectionResetError)):
+            for _ in range(10_000):
+                client.read()
         again = connect()
         for _ in range(3):
             again.read()
@@ -404,6 +407,21 @@ def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: 
     finally:
         pacing.set()
         thread.join()
+
+
+def test_in_lockstep_a_client_may_read_several_packets_before_its_first_map(served: Any) -> None:
+    """It would wait for a packet, and the robot for a map, for ever; after the first map each waits for one."""
+    robot, connect, _ = served()
+    robot.publish()
+    client = connect()
+    for _ in range(20):
+        assert client.read()["Position"] == pytest.approx(STILL.position, abs=0.0008)
+    client.send(pack(Position=[0.5] * 25))
+    robot.command(position=(0.5,) * 25)
+    client.drain()
+    assert not select.select([client.socket], [], [], 0.5)[0]
+    robot.publish()
+    client.read()
 
 
 def test_the_client_s_connection_ends_with_the_robot(served: Any) -> None:

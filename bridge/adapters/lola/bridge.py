@@ -209,14 +209,15 @@ class LolaBridge:
 
     def _in_real_time(self, device: LolaDevice, host: RobotHost) -> None:
         seq = -1
+        command: ActuatorFrame | None = None
         while not host.should_end(self._stop):
             packets = device.packets(_STOP_INTERVAL)
             if packets is None:
                 continue
             seq += packets.number
-            frame = self._frame(packets, seq)
-            if frame is not None:
-                self._send(device, host.exchange(frame, wait=_ANSWER_TIMEOUT))
+            # Repeated: the relay takes the silence of a client for its death.
+            command = host.exchange(self._frame(packets, seq), wait=_ANSWER_TIMEOUT) or command
+            self._send(device, command)
 
     def _in_lockstep(self, device: LolaDevice, host: RobotHost, first: Packets) -> None:
         seq = -1
@@ -227,9 +228,8 @@ class LolaBridge:
             packets = packets or device.packets(_STOP_INTERVAL if frame is None else 0.0)
             if packets is not None:
                 seq += packets.number
-                frame, packets = self._frame(packets, seq), None
-                if frame is not None:
-                    host.publish(msgspec.structs.replace(frame, command=host.in_force))
+                frame, packets = host.guard.sense(self._frame(packets, seq)), None
+                host.publish(msgspec.structs.replace(frame, command=host.in_force))
             if frame is None:
                 continue
             if host.needs_cycle:  # the guard acts without a controller, or leaves the last command in force
@@ -251,14 +251,10 @@ class LolaBridge:
                 return host.decide(frame, accepted, supervised=False)
         return None
 
-    def _frame(self, packets: Packets, seq: int) -> SensorFrame | None:
+    def _frame(self, packets: Packets, seq: int) -> SensorFrame:
         self._counts.packets += packets.number
         self._counts.left_out += packets.number - 1
-        try:
-            return sensor_frame(packets.newest, seq=seq)
-        except FrameError as error:
-            logger.warning("%s", error)
-            return None
+        return sensor_frame(packets.newest, seq=seq)
 
     def _send(self, device: LolaDevice, command: ActuatorFrame | None) -> None:
         if command is not None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import logging
 import math
 import socket
+import struct
+import termios
 from collections.abc import Sequence
 from typing import Final, NamedTuple, TypeGuard
 
@@ -115,8 +118,6 @@ class LolaClient:
         """None before the first map with positions or stiffnesses."""
         self.leds = [0] * N_LEDS
         """Brightness of each LED by the maps so far, 0 to 255, see `LedFrame`."""
-        self.stalled = False
-        """Its buffer was full: it gets no more packets, and its maps are ignored (as on a robot: reported)."""
         self.packets = 0
         """Sent so far."""
         self.maps = 0
@@ -127,6 +128,12 @@ class LolaClient:
         """Bytes received outside maps."""
         return self._stream.dropped
 
+    @property
+    def has_read(self) -> bool:
+        """It has read all packets; over TCP its machine has received them."""
+        queued = fcntl.ioctl(self._peer, termios.TIOCOUTQ, struct.pack("i", 0))
+        return struct.unpack("i", queued) == (0,)
+
     def fileno(self) -> int:
         """For `select`."""
         return self._peer.fileno()
@@ -135,7 +142,7 @@ class LolaClient:
         """Send a packet, whole.
 
         Raises:
-            ClientGone: it has closed the connection.
+            ClientGone: it has closed the connection, or its buffer is full because it does not read.
         """
         try:
             sent = self._peer.send(packet)
@@ -143,11 +150,13 @@ class LolaClient:
             sent = 0
         except OSError:
             raise ClientGone from None
-        self.stalled = sent < len(packet)
-        self.packets += not self.stalled
+        if sent < len(packet):
+            logger.warning("the client does not read; its connection is closed, as a robot does it")
+            raise ClientGone
+        self.packets += 1
 
     def receive(self) -> list[Map]:
-        """The received maps, oldest first; none of a stalled client.
+        """The received maps, oldest first.
 
         Raises:
             ClientGone: it closed its end.
@@ -164,8 +173,6 @@ class LolaClient:
             logger.warning("a client over TCP does not begin with a map; its connection is closed")
             raise ClientGone
         self._speaks_lola = True
-        if self.stalled:
-            return []
         before = self.dropped
         maps = self._stream.feed(data)
         if self.dropped > before:

@@ -150,15 +150,11 @@ def lola_values(frame: SensorFrame) -> dict[str, Sequence[float]]:
 
 
 def sensor_frame(values: Map, *, seq: int) -> SensorFrame:
-    """A robot's packet as a frame of the contract; its `time` is `seq` cycles.
+    """A robot's packet as a frame of the contract; its `time` is `seq` cycles, unreadable numbers are NaN.
 
     Args:
         values: the packet's map.
         seq: number of the packet since the connection began.
-
-    Raises:
-        FrameError: a key is missing, or its array has another length or holds an element that is no finite
-            number.
     """
     n = {key: _numbers(values, key) for key in SENSORS if key not in ("RobotConfig", "Status")}
     charge, status, current, temperature = n["Battery"]
@@ -190,14 +186,11 @@ def actuator_map(position: Sequence[float], stiffness: Sequence[float]) -> bytes
 
 
 def _numbers(values: Map, key: str) -> tuple[float, ...]:
+    """An array of a packet; all NaN if it is missing or has another length."""
     array = values.get(key)
-    length = SENSORS[key]
-    if not isinstance(array, list) or len(array) != length:
-        found = f"{len(array)} elements" if isinstance(array, list) else "nothing of the kind"
-        raise FrameError(f"LoLA packet refused: `{key}` must be an array of {length} numbers, and is {found}.")
-    if not all(isinstance(v, (int, float)) and math.isfinite(v) for v in array):
-        raise FrameError(f"LoLA packet refused: `{key}` holds something that is no finite number.")
-    return tuple(float(cast("float", v)) for v in array)
+    if not isinstance(array, list) or len(array) != SENSORS[key]:
+        return (math.nan,) * SENSORS[key]
+    return tuple(float(value) if isinstance(value, (int, float)) else math.nan for value in array)
 
 
 def _clipped(values: Sequence[float]) -> list[float]:

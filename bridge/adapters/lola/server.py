@@ -2,7 +2,8 @@
 
 In real time the server sends a packet every 12 ms, and each map of the client to the robot at once. In lockstep
 it sends a packet for each cycle of LoLA's in robot time, and the robot waits for the client's answer: the first
-map after it that names positions or stiffnesses.
+map after it that names positions or stiffnesses. A client that sends none for a second gets the packet again
+and again until it does.
 
 A robot behind a network has its own clock. If its cycle is LoLA's, each packet follows its frame: `SEND_DELAY`
 after the usual arrival, the median of the last frames, so that the client has neither the frames' jitter nor a
@@ -55,6 +56,8 @@ _LIMP_STIFFNESS: Final = 0.2
 """Largest stiffness of any joint of a robot that is down."""
 _STOP_INTERVAL: Final = 0.2
 """s between two checks of the stop event."""
+_FIRST_MAP_WAIT: Final = 1.0
+"""s from the first packet to a client of a robot in lockstep; then it flows every cycle until the first map."""
 _WARNING_DELAY: Final = 1.0
 """s that a robot in lockstep waits for an answer before a warning."""
 _ROUNDING: Final = 1e-6
@@ -222,7 +225,8 @@ class LolaServer:
         sent_at = 0.0
         cycle, answered, commanded = -1, True, True
         while not self._stop.is_set() and not robot.lost:
-            maps = self._wait(robot, _STOP_INTERVAL)
+            silent = self._client is not None and self._client.setpoints is None
+            maps = self._wait(robot, CYCLE if silent else _STOP_INTERVAL)
             newest = robot.newest
             if newest is None:
                 continue
@@ -237,6 +241,9 @@ class LolaServer:
             if not answered and client is not None and sent != (client, frame.seq):
                 self._send(frame, robot)
                 sent, sent_at = (client, frame.seq), time.monotonic()
+            waited = time.monotonic() - sent_at > _FIRST_MAP_WAIT
+            if silent and waited and not maps and client is not None and client.has_read:
+                self._send(frame, robot)  # it may read several packets before it sends
             if maps:
                 self._update(maps, frame, robot)
                 answered = answered or any(key in values for values in maps for key in JOINT_KEYS)
@@ -251,7 +258,7 @@ class LolaServer:
         """Wait for the robot, the client or a new client, up to `timeout` s; the client's maps."""
         client = self._client
         waiting: list[LolaClient | socket.socket] = [robot.wakeup]
-        if client is None or client.stalled:
+        if client is None:
             waiting.append(self._listener)
         if client is not None and robot.newest is not None:  # maps wait for the first frame
             waiting.append(client)
@@ -272,8 +279,10 @@ class LolaServer:
         return maps
 
     def _disconnect(self, robot: RobotListener) -> None:
-        """Close the connection, if there is one, and release the robot."""
-        self._release(robot)
+        """Close the connection, if there is one, and release the robot; the guard brings down a stiff one."""
+        setpoints = self._client.setpoints if self._client is not None else None
+        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP_STIFFNESS
+        robot.lease_wanted = False
         if self._client is not None:
             self._client.close()
             self._served.packets += self._client.packets
@@ -282,27 +291,15 @@ class LolaServer:
             self._client = None
             logger.info("the client is gone")
 
-    def _release(self, robot: RobotListener) -> None:
-        """Forget the client's setpoints; the guard brings down a stiff robot."""
-        setpoints = self._client.setpoints if self._client is not None else None
-        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP_STIFFNESS
-        robot.lease_wanted = False
-        if self._client is not None:
-            self._client.setpoints = None
-
     def _send(self, frame: SensorFrame, robot: RobotListener) -> None:
         client = self._client
-        if client is None or client.stalled:
+        if client is None:
             return
         try:
             status = self._heat.update(frame.temperature)
             client.send(sensor_packet(frame, self._identity, status))
         except ClientGone:
             self._disconnect(robot)
-            return
-        if client.stalled:
-            logger.warning("the client does not read and is ignored until it connects again")
-            self._release(robot)
 
     def _update(self, maps: list[Map], frame: SensorFrame, robot: RobotListener) -> None:
         if self._client is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections import deque
@@ -61,26 +62,41 @@ class FrameReader:
             [PREFIX + TOUCH_KEYS[i] for i in self._touch],
         ]
         self._sizes = [len(group) for group in groups]
+        self._lacking: set[int] | None = None
+        """Places of the sensors that the robot lacks; None before the first reading."""
         self.keys = [key for group in groups for key in group]
         """Keys for `ALMemory.getListData`."""
 
     def time(self, values: Sequence[Any]) -> int:
-        """The DCM's clock among the values, ms."""
-        return int(values[0])
-
-    def fields(self, values: Sequence[Any]) -> Mapping[str, Any]:
-        """Fields of a `SensorFrame` from the values of `keys`, in order; a sensor that the robot lacks reads 0.
+        """The DCM's clock among the values, ms.
 
         Raises:
-            LinkError: names the joint without an angle.
+            LinkError: it is no number, or there are not as many values as keys.
         """
-        for joint, value in zip(self._joints, values[1:], strict=False):
-            if not isinstance(value, int | float):
-                raise LinkError(
-                    f"The robot's ALMemory has no angle of {joint} ({value!r:.40}); is it another body? Give "
-                    "its own with --robot."
-                )
-        numbers = [float(value) if isinstance(value, int | float) else 0.0 for value in values]
+        clock = values[0] if len(values) == len(self.keys) else None
+        if not isinstance(clock, int | float) or not math.isfinite(clock):
+            raise LinkError("The robot's ALMemory gives no time of the DCM, or not one value for each key.")
+        return int(clock)
+
+    def fields(self, values: Sequence[Any]) -> Mapping[str, Any]:
+        """Fields of a `SensorFrame` from the values of `keys`, in order.
+
+        A sensor without a value in the first reading is lacking and always reads 0; later such values are NaN.
+
+        Raises:
+            LinkError: names the joint without an angle in the first reading.
+        """
+        if self._lacking is None:
+            for joint, value in zip(self._joints, values[1:], strict=False):
+                if not isinstance(value, int | float):
+                    raise LinkError(
+                        f"The robot's ALMemory has no angle of {joint} ({value!r:.40}); is it another body? "
+                        "Give its own with --robot."
+                    )
+            self._lacking = {i for i, value in enumerate(values) if not isinstance(value, int | float)}
+        numbers = [float(value) if isinstance(value, int | float) else math.nan for value in values]
+        for i in self._lacking:
+            numbers[i] = 0.0
         groups, at = [], 0
         for size in self._sizes:
             groups.append(numbers[at : at + size])
