@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy import signal
 
 from bridge.body import BODIES, load_body
@@ -74,7 +75,7 @@ def test_the_stance_is_upright_over_the_left_foot(name: str) -> None:
 
 def test_the_nominal_robot_answers_like_the_thesis_plant(tmp_path: Path) -> None:
     result = run([0], out=tmp_path)
-    # (4.12): 7.0 rad/s, damping 0.10, zero 8 rad/s, gain 1, undershoot -0.30; rise 100 ms; figure 4.10: peak 2.0.
+    # (4.12): 7.0 rad/s, damping 0.10, zero 8 rad/s, gain 1, undershoot -0.30; rise 100 ms, peak 2.0.
     # About half to twice each: one seed says no more. Of five, zeros are 9.4 to 10 rad/s, and peaks 2.1 to 2.3.
     assert result["natural_frequency_rad_s"] == pytest.approx(7.0, rel=0.15)
     assert 0.05 < result["damping"] < 0.2
@@ -131,23 +132,20 @@ def test_a_polynomial_is_as_far_off_as_its_worst_coefficient() -> None:
 
 
 def test_without_torso_control_the_static_gait_pitches_further_with_every_step_until_it_falls() -> None:
-    """Figure 4.9: with the admittances alone the robot falls after about 20 s; torso control holds it."""
-    outcomes = {
-        name: walk(
-            Walk(
-                name=f"{name} torso control",
-                config=RunConfig(
-                    robot="nao-v3", engine="mujoco", gait="static", seed=500, controller={"switches": switches}
-                ),
-                duration=25.0,
-            )
-        )
-        for name, switches in SWITCHES.items()
-    }
-    with_, without = outcomes["with"], outcomes["without"]
-    assert without.end.ending == "fell" and without.end.pitch > 0.3
-    growth, held = drift_per_step(without), drift_per_step(with_)
-    assert growth is not None and held is not None
-    assert growth > 1.0  # deg per step, forward
-    assert abs(held) < 0.3 * growth
-    assert with_.end.time > without.end.time
+    """Figure 4.9: with the admittances alone the robot falls after about 20 s; torso control holds it.
+
+    Medians of three seeds. Seven without it all fall, and pitch by 1.3 to 7.6 deg per step; eight with it all
+    stand, and drift by 0.2 deg per step at most.
+    """
+    ends, drifts = {}, {}
+    for (name, switches), seconds in zip(SWITCHES.items(), (15.0, 25.0), strict=True):
+        config = RunConfig(robot="nao-v3", engine="mujoco", gait="static", controller={"switches": switches})
+        walks = [
+            walk(Walk(name=name, config=replace(config, seed=seed), duration=seconds))
+            for seed in (500, 501, 502)
+        ]
+        ends[name] = sum(outcome.end.survived for outcome in walks)
+        drifts[name] = float(np.median([drift_per_step(outcome) or 0.0 for outcome in walks]))
+    assert ends["without"] <= 1 and ends["with"] >= 2
+    assert drifts["without"] > 1.0  # deg per step, forward
+    assert abs(drifts["with"]) < 0.3 * drifts["without"]
