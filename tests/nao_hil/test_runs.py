@@ -251,7 +251,7 @@ def test_a_walk_is_as_fast_on_either_engine(gait: str, steps: int, body: str) ->
     assert (bullet.engine, mujoco.engine) == ("pybullet", "mujoco")
     assert not bullet.fell and not mujoco.fell
     assert mujoco.steps == bullet.steps == steps
-    # two static steps: 5 or 12 %, by the kernel of OpenBLAS
+    # a walk of two static steps: up to 12 % apart
     assert mujoco.speed == pytest.approx(bullet.speed, rel=0.3)
 
 
