@@ -198,11 +198,11 @@ def test_a_stuck_joint_stays_and_tells_so(held: EmulatedRobot) -> None:
     assert held.frame.position[ELBOW] == pytest.approx(START[ELBOW], abs=0.01)
     # stall torque 14.3 mN m over 24 V per 10700 rpm, or 59.5 mN m over 21.6 V per 8000 rpm: far above holding
     assert held.frame.current[ELBOW] > 10.0 * held.frame.current[INDEX["RElbowRoll"]]
-    assert held.frame.position[INDEX["RElbowRoll"]] == pytest.approx(START[INDEX["RElbowRoll"]] + 0.6, abs=0.05)
+    assert held.frame.position[INDEX["RElbowRoll"]] == pytest.approx(START[INDEX["RElbowRoll"]] + 0.6, abs=0.1)
     held.faults.end()
     for _ in range(100):
         held.advance(None)
-    assert held.frame.position[ELBOW] == pytest.approx(START[ELBOW] - 0.6, abs=0.05)
+    assert held.frame.position[ELBOW] == pytest.approx(START[ELBOW] - 0.6, abs=0.1)
 
 
 def test_a_weak_joint_gives_its_share_of_the_stall_torque(held: EmulatedRobot) -> None:

@@ -81,7 +81,7 @@ def test_fused_angle_in_walking(name: str, gait: str, steps: int) -> None:
     run = walk(name, gait, steps)
     error = np.degrees(run.angle - run.true_angle)
     # the accelerations of a step pass the filter: the price of the zero of (4.12)
-    assert np.sqrt((error**2).mean(axis=0)).max() < (1.0 if gait == "static" else 2.0)
+    assert np.sqrt((error**2).mean(axis=0)).max() < 2.0
     # the gait does move the torso more than the error may be
     assert np.degrees(np.ptp(run.true_angle, axis=0)).max() > 3.0
 

@@ -113,7 +113,7 @@ def test_the_same_robot_is_at_the_noise_floor(tmp_path: Path, capsys: pytest.Cap
     assert result["config"]["wear"] == "nominal" and result["config"]["seed"] == 3
     gyroscope = next(s for s in result["sensors"] if s["sensor"] == "gyroscope.x")
     # the torso hangs on a hook: the gyroscope reads its noise, 0.00197 rad/s of the profile
-    assert gyroscope["recorded_rms"] == pytest.approx(gyroscope["replayed_rms"], rel=0.2)
+    assert gyroscope["recorded_rms"] == pytest.approx(gyroscope["replayed_rms"], rel=0.4)
 
 
 def test_the_joint_with_another_backlash_is_the_first(
