@@ -217,8 +217,8 @@ def test_gaits_are_compared_with_all_that_is_their_own_and_nothing_else(tmp_path
 
 @pytest.mark.parametrize("seed", range(200, 220))
 def test_the_board_carries_two_steps_and_no_third(seed: int) -> None:
-    """Right sole's outline about its middle, landed 24, 133 and 241 mm ahead of its place as the board is laid:
-    walks on the bare floor with the leg admittance, seeds 2000 to 2003. The board is clear of the other foot."""
+    """Right sole's outline about its middle, landed 24, 133 and 241 mm ahead of its place at 17 s (walks on the
+    bare floor with the leg admittance, seeds 2000 to 2003); the board is clear of the other foot."""
     body = load_body("nao-v3")
     outline = sole_hull(body, "R") - foot_centre(body, "R")
     ((time, plate),) = board(seed)
