@@ -17,10 +17,10 @@ from bridge.body.joints import INDEX
 from bridge.body.leg_limits import AnkleRange
 from bridge.messages import SensorFrame
 from bridge.types import SIDES, Side, Vec2
-from walker.estimation.contact import SupportState
+from walker.estimation.contact import Contacts, SupportState
 from walker.estimation.ground import Corrections
 from walker.estimator import Estimate
-from walker.gaits.plan import Foothold, Plan, SolePose
+from walker.gaits.plan import OTHER_SIDE, Foothold, Plan, SolePose, Support
 from walker.gaits.pose import PoseMaker
 from walker.mechanisms.admittance import AnkleAdmittance, AnkleLimits, LegAdmittances
 from walker.mechanisms.capture_step import BackwardStep
@@ -115,11 +115,11 @@ class Stabilizer:
             )
         left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
         lift = left + swing["L"].lift, right + swing["R"].lift
-        torso = (
-            self._torso.update(estimate.angle[1], support_state.support)
-            if self._torso is not None
-            else (0.0, 0.0)
-        )
+        torso = (0.0, 0.0)
+        if self._torso is not None:
+            torso = self._torso.update(
+                estimate.angle[1], _sole_support(support_state.support, estimate.contacts)
+            )
         offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support, plan.progress)
         torso = torso[0] + offsets.pitch[0], torso[1] + offsets.pitch[1]
         ground_alignment_active = self._align_to_ground(estimate, dt)
@@ -241,6 +241,11 @@ class Stabilizer:
         angles[pitch_slot] = ankle.clip_pitch(pitch + turn[1])
         angles[roll_slot] = ankle.clip_roll(roll + turn[0], angles[pitch_slot])
         return swing[0] + turn[0], swing[1] + turn[1]
+
+
+def _sole_support(support: Support, contacts: Contacts) -> Support:
+    """The planned support; `both` while the swing foot touches: torso control acts until then (thesis 4.2)."""
+    return "both" if support != "both" and contacts.of(OTHER_SIDE[support]) else support
 
 
 def in_foot_axes(plan: Plan, side: Side, turn: Vec2) -> Vec2:

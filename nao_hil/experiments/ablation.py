@@ -12,7 +12,7 @@ from nao_hil.analysis.report.render import Outcome, ReportTable
 from nao_hil.analysis.statistics import percent
 from nao_hil.experiments.conditions import Condition, condition
 from nao_hil.experiments.context import Context, Plates
-from nao_hil.experiments.obstacle import drawn_plate
+from nao_hil.experiments.obstacle import HEIGHT, board
 from nao_hil.runs.walk import Walk
 from walker.parameters import controller_parameters
 from walker.switches import NAMED, Switches
@@ -42,15 +42,11 @@ class AblationTask:
     duration: float
     """s"""
     plate_time: float | None = None
-    """s of the walk at which a plate is put under the right foot; None: no plate."""
-    plate_height: float = 0.01
-    """m"""
+    """s of the walk at which the board of R1 is put under the right foot; None: none."""
 
     def plates(self, seed: int) -> Plates:
         """Of a seed."""
-        if self.plate_time is None:
-            return ()
-        return ((self.plate_time, drawn_plate(seed, self.plate_height)),)
+        return () if self.plate_time is None else board(seed, self.plate_time)
 
 
 TASKS: Final = (
@@ -59,7 +55,7 @@ TASKS: Final = (
         "R2: static gait", "static", "torso", ("swing_foot_orientation", "ground_tilt"), duration=30.0
     ),
     AblationTask(
-        "R1: static gait, plate",
+        "R1: static gait, board",
         "static",
         "leg_admittance",
         ("swing_foot_orientation", "ground_tilt"),
@@ -67,8 +63,8 @@ TASKS: Final = (
         plate_time=3.0,
     ),
 )
-"""Shorter than R1, R2 and R5: a plate in the first single support and two strides after it, and flat ground for
-the time in which the conditions without control fall."""
+"""Shorter than R1, R2 and R5: the board in the first single support and two strides after it, and flat ground
+for the time in which the conditions without control fall."""
 
 
 class AblationCondition(NamedTuple):
@@ -205,10 +201,7 @@ def _runs(cells: Sequence[AblationCell]) -> str:
 def _words(task: AblationTask) -> str:
     plate = ""
     if task.plate_time is not None:
-        plate = (
-            f"; at {task.plate_time:g} s a plate of {1e3 * task.plate_height:g} mm under the right foot; size, "
-            "place and angle drawn from the seed"
-        )
+        plate = f"; at {task.plate_time:g} s a board of {1e3 * HEIGHT:g} mm under the right foot"
     return f"{task.duration:g} s{plate}"
 
 

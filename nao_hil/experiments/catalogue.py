@@ -43,7 +43,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
         "planned_walks:static_walk", "the statically stable gait, planned and walked (figure 3.4)", 3
     ),
     "obstacle": Entry(
-        "obstacle", "R1: 1 cm under the swing foot, without and with admittance (4.1, 4.2, 4.8)", 20
+        "obstacle", "R1: a board of 1 cm under the swing foot, leg admittance (4.1, 4.2, 4.8)", 20
     ),
     "torso-drift": Entry(
         "torso_control:torso_drift",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import msgspec
@@ -18,7 +18,6 @@ from nao_hil.analysis.statistics import Estimate, Share, few_words, mean_of, med
 from nao_hil.experiments import obstacle, torso_control
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.get_up import WITHIN, dropped_courses
-from nao_hil.experiments.obstacle import ObstacleSetup, covering_plate, drawn_plate
 from nao_hil.experiments.servo_bench import ServoRow, bench_tracks, measure
 from nao_hil.experiments.torso_responses import Responses, fit_plant, read_shape, run_task
 from nao_hil.experiments.torso_step import AMPLITUDE, torso_step_tasks
@@ -139,8 +138,6 @@ class EnginesSetup:
         ("omni", 10.0),
     )
     """Gaits, and how long each is walked, s; with the gait's own velocity."""
-    obstacle: ObstacleSetup = field(default_factory=ObstacleSetup)
-    """R1 as the experiment has it."""
     drift: float = 60.0
     """Length of R2's walks, s: the time in which its claim has the robot fall; the experiment's last longer."""
     dynamic: float = 30.0
@@ -173,14 +170,13 @@ def compared_walks(setup: EnginesSetup) -> tuple[ComparedWalk, ...]:
     ]
     r1 = [
         ComparedWalk(
-            f"R1, {kind}, {condition} leg admittance, {setup.obstacle.duration:g} s",
+            f"R1, {condition} leg admittance, {obstacle.DURATION:g} s",
             "static",
-            setup.obstacle.duration,
-            obstacle.SWITCHES[condition],
-            obstacle.plates(setup.obstacle, plate),
+            obstacle.DURATION,
+            switches,
+            obstacle.board,
         )
-        for kind, plate in (("drawn plate", drawn_plate), ("plate that covers the sole", covering_plate))
-        for condition in ("with", "without")
+        for condition, switches in obstacle.SWITCHES.items()
     ]
     r2 = [
         ComparedWalk(f"R2, {condition} torso control, {setup.drift:g} s", "static", setup.drift, switches)
@@ -302,11 +298,7 @@ def experiment(context: Context, setup: EnginesSetup | None = None) -> Outcome:
 def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
     return [
         ("walks", ", ".join(f"{gait} {seconds:g} s" for gait, seconds in setup.walks)),
-        (
-            "R1",
-            f"as `obstacle`: {setup.obstacle.duration:g} s, a plate of {1e3 * setup.obstacle.height:g} mm at "
-            f"{setup.obstacle.plate_time:g} s",
-        ),
+        ("R1", f"conditions of `obstacle` with its board, {obstacle.DURATION:g} s"),
         (
             "R2",
             f"conditions of `torso-drift`, {setup.drift:g} s in place of {torso_control.DURATION:g} s",

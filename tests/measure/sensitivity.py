@@ -18,7 +18,7 @@ from emulator.wear.ensemble import profile_of, unknowns
 from nao_hil.analysis.report.render import Outcome, ReportTable
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.obstacle import ObstacleSetup, landing_force, plates
+from nao_hil.experiments.obstacle import board, landing_force
 from nao_hil.experiments.servo_bench import LEGS, STEP, motion_times
 from nao_hil.experiments.torso_control import drift_per_step
 from nao_hil.experiments.torso_step import BOUNDS, torso_figures
@@ -36,8 +36,6 @@ RESAMPLED: Final = 500
 """Bootstrap samples of the indices' intervals."""
 CONDITIONS: Final = ("none", "thesis", "robust")
 """Torso controls of R5."""
-PLATE: Final = ObstacleSetup()
-"""Of R1."""
 WALK_FIGURES: Final = (
     "plate_force_N",
     "stands_plate_s",
@@ -46,7 +44,7 @@ WALK_FIGURES: Final = (
     *(f"stands_{condition}_s" for condition in CONDITIONS),
     "speed_ratio",
 )
-"""Landing force on the plate of R1 and how long that walk stands; pitch error per step in R2 and how long that
+"""Landing force on the board of R1 and how long that walk stands; pitch error per step in R2 and how long that
 walk stands; how long each condition of R5 stands; way over commanded."""
 FIGURES: Final = (*BOUNDS, "drive_s", *WALK_FIGURES)
 """Of the torso step; request to 63 % of a knee's step; of the walks."""
@@ -164,7 +162,7 @@ def experiment(context: Context) -> Outcome:
         "Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
         setup=[
             ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
-            ("R1", f"static gait, {STATIC_DURATION:g} s, a random plate of 1 cm"),
+            ("R1", f"static gait, {STATIC_DURATION:g} s, a board of 1 cm"),
             ("R2", f"static gait, {STATIC_DURATION:g} s, torso control none"),
             ("R5", f"dynamic gait, {DYNAMIC_DURATION:g} s, torso control {', '.join(CONDITIONS)}"),
             ("speed", f"omni, {SPEED:g} m/s for {SPEED_DURATION:g} s"),
@@ -213,7 +211,7 @@ def _walks(context: Context, wear: WearProfile, seed: int) -> list[Walk]:
     one = replace(context, seeds=(seed,))
     static, dynamic = STATIC_DURATION, DYNAMIC_DURATION
     return [
-        *one.walks("sensitivity, R1", "static", static, plates=plates(PLATE), wear=wear),
+        *one.walks("sensitivity, R1", "static", static, plates=board, wear=wear),
         *one.walks("sensitivity, R2", "static", static, {"torso": "none"}, wear=wear),
         *(
             walk
@@ -241,7 +239,7 @@ def _walks(context: Context, wear: WearProfile, seed: int) -> list[Walk]:
 def _walk_figures(outcomes: Sequence[WalkOutcome]) -> tuple[float, ...]:
     """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk ended before."""
     on_plate, drifting, *of_conditions, ahead = outcomes
-    force = landing_force(on_plate, PLATE.plate_time)
+    force = landing_force(on_plate)
     drift = drift_per_step(drifting)
     return (
         math.nan if force is None else force,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import msgspec
 import pytest
@@ -96,6 +97,18 @@ def test_torso_offsets_are_continuous_across_stance_changes(walk: str, request: 
     for before, after in zip(run.telemetry, run.telemetry[1:], strict=False):
         for a, b in zip(before.torso_control, after.torso_control, strict=True):
             assert abs(b - a) <= rate * BODY.cycle + 1e-12
+
+
+def test_torso_control_acts_while_the_swing_foot_touches_nothing(static_walk: Run) -> None:
+    """Thesis 4.2. The telemetry's contacts are those of the frame that the offsets answer."""
+    swings = {"SSL": (True, False), "SSR": (False, True)}
+    moved = {True: 0, False: 0}
+    for before, after in pairwise(static_walk.telemetry):
+        if after.phase in swings and after.contact in ((True, True), swings[after.phase]):
+            alone = after.contact == swings[after.phase]
+            moved[alone] += after.torso_control != before.torso_control
+            assert alone or after.torso_control == before.torso_control
+    assert moved[True] > 100
 
 
 @pytest.mark.parametrize("walk", ["static_walk", "nominal_walk"])

@@ -57,11 +57,11 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """N"""
     k_d: float = 0.0
     """N"""
-    D: Positive = 75.0
-    """Damping, N s/m. Not given in the thesis. A foot whose target sinks at the speed v into an obstacle is
-    loaded with D v + F_d(e). The static gait's foot passes the height of 10 mm at 0.065 m/s, so the 5 N of
-    figure 4.1 allow at most (5 - 0.26) / 0.065 = 73. Below it waits instability: contact of the stiffness k
-    makes e' = -k e / D, delayed by servo and sampling by T = 50 ms, stable for k < pi D / (2 T) = 2.4 kN/m.
+    D: Positive = 280.0
+    """Damping, N s/m; not given in the thesis. By 4.1.1 the first contact loads the foot with about 70 N, and e
+    stays small. Chosen: 70 N for two cycles (20 ms) move e by at most 5 mm, the target's depth: D = 70 N
+    20 ms / 5 mm. A contact of the stiffness k makes e' = -k e / D, delayed by servo and sampling by T = 50 ms:
+    stable for k < pi D / (2 T) = 8.8 kN/m.
     """
     latency: Positive = 0.05
     """T of servo and sampling, s. In a loop that is late by d besides, the damping D (T + d) / T, which is

@@ -1,21 +1,22 @@
 """Torso control: keep the torso upright with the AnklePitch of the stance leg (thesis 4.2).
 
-Reads: pitch of the torso, the leg that bears the weight.
+Reads: pitch of the torso, the leg that alone touches the ground.
 Gives: offsets of both AnklePitches.
 
 Designed controllers are data, each with its plant and specification. `nao-hil
 design torso` computes them; `torso.toml` in the folder of a gait holds them.
 
-The thesis lets the controller act on the stance ankle in single support and leaves the rest open. Here:
+The thesis lets the controller act on the stance ankle in single support while the swing foot does not touch the
+ground, and leaves the rest open. Here:
 
-- Single support: the controller drives the AnklePitch offset of the stance leg. Each leg has an integrator of
-  its own, the slow part of its offset, so a leg that becomes the stance leg continues from its own; the
-  proportional part is added at the limited rate. Neither ankle jumps, and a contact that chatters between two
-  phases does not count the proportional part twice.
+- Single support, the swing foot in the air: the controller drives the AnklePitch offset of the stance leg. Each
+  leg has an integrator of its own, the slow part of its offset, so a leg that becomes the stance leg continues
+  from its own; the proportional part is added at the limited rate. Neither ankle jumps, and a contact that
+  chatters between two phases does not count the proportional part twice.
 - Swing leg: its offset and integrator, leftovers of its last stance, are bled off at a constant rate, so that
   the foot lands as planned.
-- Double support: both offsets are held, because both soles are on the ground and turning one ankle would only
-  press the feet against each other.
+- Both feet on the ground, by the plan or by the force sensors: both offsets are held, because turning one ankle
+  would only press the feet against each other.
 
 The notch sees every sample in every phase, so it has settled when a single support begins.
 
@@ -228,7 +229,7 @@ class TorsoControl:
         Args:
             pitch_measured: AngleY, rad, positive nose down. If it is not finite, the sample counts as lost and
                 the corrections stay as they are.
-            support: the leg that bears the weight, `both` in double support.
+            support: the leg that alone touches the ground, or `both`.
 
         Returns:
             Offsets to add to LAnklePitch and RAnklePitch, rad, positive toe down.

@@ -20,7 +20,7 @@ from nao_hil.experiments import ablation, huang_margin, obstacle, torso_control
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.conditions import Condition, condition, direction, falls_finding, pairs
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.obstacle import covering_plate, drawn_plate
+from nao_hil.experiments.obstacle import HEIGHT, board, heights, landing_force, steps_down
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
@@ -104,15 +104,6 @@ def test_torso_drift_asks_for_growth_falls_and_survival() -> None:
     assert not any(claim.holds for claim in bad)
 
 
-def test_obstacle_asks_for_falls_survival_and_force() -> None:
-    setup, force = obstacle.ObstacleSetup(), obstacle.Force(median=5.0, largest=6.0)
-    good = obstacle._claims("plate", (condition_of(20, 20), condition_of(20, 0)))
-    bad = obstacle._claims("plate", (condition_of(20, 17), condition_of(20, 3)))
-    assert all(claim.holds for claim in good) and not any(claim.holds for claim in bad)
-    assert obstacle._force_claim(setup, (force, force), 0.5).holds
-    assert not obstacle._force_claim(setup, (force, force), 0.51).holds
-
-
 def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -> None:
     n = 400
     rows = np.zeros((n, WIDTH), dtype=np.float32)
@@ -129,23 +120,40 @@ def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -
     rows[200, force + 4] = 30.0  # loading in double support
     rows[310, force + 4] = 50.0  # the next single support
     result = ended(0, 45.0, fell=False)
-    assert obstacle.landing_force(WalkOutcome(result.walk, result.end, Track(rows)), 17.0) == pytest.approx(
-        12.0
-    )
-    assert obstacle.landing_force(result, 17.0) is None
+    assert landing_force(WalkOutcome(result.walk, result.end, Track(rows))) == pytest.approx(12.0)
+    assert landing_force(result) is None
+
+
+def test_a_foot_steps_down_after_two_steps_on_the_board() -> None:
+    """The torso is raised by as much as the right foot, at angles of 0 in all joints."""
+    body = load_body("nao-v3")
+    rows = np.zeros((600, WIDTH), dtype=np.float32)
+    starts = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]), strict=False))
+    legs = body.lengths
+    straight = legs.HipOffsetZ + legs.ThighLength + legs.TibiaLength + legs.FootHeight
+    rows[:, starts["time"]] = 16.0 + 0.05 * np.arange(600)
+    rows[:, starts["orientation"] + 3] = 1.0
+    rows[:, starts["phase"]] = [PHASES.index("SSR" if k // 100 % 2 else "SSL") for k in range(600)]
+    for down in (400, 200):
+        raised = np.where(np.arange(600) < down, HEIGHT, 0.0)
+        rows[:, starts["torso"] + 2] = straight + raised
+        result = ended(0, 45.0, fell=False)
+        found = heights(WalkOutcome(result.walk, result.end, Track(rows)), body)
+        assert found == pytest.approx([HEIGHT if 100 * k < down else 0.0 for k in (1, 3, 5)], abs=1e-6)
+        assert steps_down(found) is (down == 400)
+    assert not steps_down(found[:2])
 
 
 def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
-    setup = obstacle.ObstacleSetup(duration=3.6, plate_time=3.0)
     changes = RunConfig(engine="mujoco", wear="nominal", controller={"switches": {"torso": "none"}})
     with Campaign(cluster="inline") as campaign:
-        outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
+        outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), 3.6, 3.0)
     data = json.loads(msgspec.json.encode(outcome.result))
     assert data["name"] == "obstacle" and data["passed"] is outcome.page.passed is False
     for key in ("with", "without"):
         assert data[key]["n"] == data[key]["survived"] == 1
         assert data[key]["interval"] == list(wilson(1, 1))
-    assert data["force_with"]["median"] > 0.0
+    assert data["force_with"] > 0.0
     assert {p.file.name for p in outcome.page.pictures} == {f"obstacle-{n}.png" for n in ("4.1", "4.2", "4.8")}
     assert all(p.file.stat().st_size > 5000 for p in outcome.page.pictures)
 
@@ -208,27 +216,20 @@ def test_gaits_are_compared_with_all_that_is_their_own_and_nothing_else(tmp_path
 
 
 @pytest.mark.parametrize("seed", range(200, 220))
-def test_a_drawn_plate_lies_under_its_foot_and_clear_of_the_other(seed: int) -> None:
-    """Corners by rotation; the other foot's sole begins 45 mm inward (feet 90 mm apart, soles up to 45 mm)."""
-    plate = drawn_plate(seed, 0.01)
-    (length, width, _), (x, y), yaw = plate.size, plate.shift, plate.yaw
-    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    corners = np.array([(i * length / 2, j * width / 2) for i in (-1, 1) for j in (-1, 1)]) @ turn.T + (x, y)
-    assert corners[:, 1].max() <= 0.045 + 1e-9
-    assert corners[:, 1].max() > -0.03 and plate == drawn_plate(seed, 0.01) != drawn_plate(seed + 1, 0.01)
-
-
-@pytest.mark.parametrize("seed", range(200, 220))
-def test_a_covering_plate_lies_under_the_whole_sole_and_clear_of_the_other_foot(seed: int) -> None:
-    """The sole's outline about its middle, where it is lifted and 8 cm farther."""
+def test_the_board_carries_two_steps_and_no_third(seed: int) -> None:
+    """Right sole's outline about its middle, landed 24, 133 and 241 mm ahead of its place at 17 s (walks on the
+    bare floor with the leg admittance, seeds 2000 to 2003); the board is clear of the other foot."""
     body = load_body("nao-v3")
     outline = sole_hull(body, "R") - foot_centre(body, "R")
-    plate = covering_plate(seed, 0.01)
-    half = 0.5 * np.array(plate.size[:2])
-    for ahead in (0.0, 0.08):
-        assert (np.abs(outline + np.array([ahead, 0.0]) - plate.shift) <= half + 1e-9).all()
-    assert plate.shift[1] + half[1] <= 0.045 + 1e-9
-    assert plate == covering_plate(seed, 0.01) != covering_plate(seed + 1, 0.01)
+    ((time, plate),) = board(seed)
+    low, high = (np.array(plate.shift) + sign * 0.5 * np.array(plate.size[:2]) for sign in (-1.0, 1.0))
+    landed = outline + np.array([0.024, 0.0])
+    assert time == 17.0 and plate.size[2] == 0.01
+    assert (low <= landed).all() and (landed <= high).all()
+    heel = outline[:, 0].min()
+    assert low[0] < heel + 0.133 and 0.133 < high[0] < heel + 0.241
+    assert high[1] <= 0.045 + 1e-9
+    assert board(seed) == board(seed) != board(seed + 1)
 
 
 def test_a_stop_leaves_about_as_many_runs_of_each_condition(tmp_path: Path) -> None:

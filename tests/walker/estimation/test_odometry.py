@@ -54,9 +54,7 @@ def test_the_settling_of_a_short_rest_is_no_bias(turn):
     for seq, rate in enumerate([*settles, *walks]):
         still = frame(seq)
         position = tuple(p + 0.01 * (seq % 2 if seq >= 150 else 0) for p in still.position)
-        found = heading.update(
-            msgspec.structs.replace(still, time=seq * DT, gyroscope=rate, position=position)
-        )
+        found = heading.update(msgspec.structs.replace(still, time=seq * DT, gyroscope=rate, position=position))
     assert abs(found - before) * 6 < math.radians(10.0)
 
 
