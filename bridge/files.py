@@ -119,8 +119,14 @@ def read_table(path: Path, right: str, limit: int = MAX_TABLE_SIZE) -> Iterator[
             (cells,) = csv.reader([line], strict=True)
             width = width or len(cells)
             if len(cells) != width or width > _MAX_COLUMNS:
-                few = f"its first row has {width}" if width <= _MAX_COLUMNS else f"at most {_MAX_COLUMNS} are read"
+                few = (
+                    f"its first row has {width}"
+                    if width <= _MAX_COLUMNS
+                    else f"at most {_MAX_COLUMNS} are read"
+                )
                 raise ConfigurationError(f"{path}, line {number}: has {len(cells)} cells; {few}; {right}.")
             yield Row(number, [cell.strip() for cell in cells])
     except csv.Error as error:
-        raise ConfigurationError(f"{path}, line {number}: is no row of a CSV file ({error}); {right}.") from None
+        raise ConfigurationError(
+            f"{path}, line {number}: is no row of a CSV file ({error}); {right}."
+        ) from None

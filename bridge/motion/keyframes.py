@@ -148,9 +148,7 @@ def _check_gate(path: Path, gate: Gate) -> None:
     for axis in ("pitch", "roll"):
         low, high = getattr(gate, axis)
         if low > high:
-            raise ConfigurationError(
-                f"{path}: gate.{axis} = [{low:g}, {high:g}]: the lower bound comes first"
-            )
+            raise ConfigurationError(f"{path}: gate.{axis} = [{low:g}, {high:g}]: the lower bound comes first")
 
 
 def motion_for(kind: str, body: Body) -> Motion | None:

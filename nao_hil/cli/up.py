@@ -74,9 +74,7 @@ def up(
     return both_sides(settings, directory, name, listen, serve=serve, port=shown)
 
 
-def new_folder(
-    settings: RunConfig, out: Path | None, *, overwrite: bool, waits: bool = True
-) -> RunDirectory:
+def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool, waits: bool = True) -> RunDirectory:
     """The folder of a run, with its configuration.
 
     Args:

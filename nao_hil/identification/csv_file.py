@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import msgspec
 import numpy as np
 
-from bridge.body.joints import degrees_warning
+from bridge.body.joints import INDEX, degrees_warning
 from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from bridge.files import Row, read_table
@@ -100,8 +100,10 @@ def _check_degrees(path: Path, names: Sequence[str], values: Array) -> None:
     """Raises ConfigurationError on angles that no joint reaches."""
     for column, name in enumerate(names):
         signal, _, joint = name.partition(".")
+        if joint not in INDEX or signal not in ("command", "position"):
+            continue
         farthest = np.nanmax(np.abs(values[:, column]), initial=0.0)
-        if signal in ("command", "position") and (why := degrees_warning(joint, float(farthest))):
+        if why := degrees_warning(joint, float(farthest)):
             raise ConfigurationError(f"{path}: {why} --columns gives a column's scale.")
 
 
