@@ -18,7 +18,9 @@ import pytest
 import typer
 import zstandard
 
+from bridge.recording.recorder import Recorder
 from nao_hil.cli.main import _application, run
+from tests.frames import standing_frame
 
 LONGEST: Final = 60
 """s of the wall clock, far over each reader's bound: only a command that hangs needs as long."""
@@ -69,17 +71,21 @@ EMPTY_IS_VALID: Final = frozenset({"--config", "--scenario", "--space", "campaig
 BEFORE: Final[dict[str, list[str]]] = {
     "compare": ["{csv}", "--robot", "nao-v6"],
     "identify": ["{csv}", "--robot", "nao-v6", "--out", "{out}.toml"],
-    "export run": ["{csv}", "--html", "{out}.html"],
-    "export rosbag": ["{csv}", "--out", "{out}"],
+    "export run": ["{mcap}", "--html", "{out}.html"],
+    "export rosbag": ["{mcap}", "--out", "{out}"],
     "export mjcf": ["--out", "{out}.xml"],
     "export urdf": ["--out", "{out}.urdf"],
     "export folder": ["--out", "{out}"],
-    "diff": ["{csv}", "{csv}"],
+    "diff": ["{mcap}", "{mcap}"],
     "motion": ["crouch"],
     "map": ["push.impulse=0:1", "push.direction=0:90"],
     "tune": ["parameters.l_lift=0.01:0.02"],
     "experiment": ["velocity"],
     "run-naoqi": ["{py}"],
+    "run-choregraphe": ["{xar}"],
+    "bridge naoqi": ["--url", "tcp/127.0.0.1:1"],
+    "plot": ["{mcap}"],
+    "replay": ["{mcap}"],
 }
 """Arguments that a command needs."""
 
@@ -105,7 +111,8 @@ def parameters() -> Iterator[tuple[str, Any]]:
 
 def is_text(parameter: Any) -> bool:
     """Neither a number nor a switch."""
-    return getattr(parameter, "bare_type", str) not in (bool, int, float)
+    words = str(parameter.type_descriptor.annotation)
+    return "str" in words or "Path" in words
 
 
 def key_of(command: str, parameter: Any) -> str:
@@ -208,6 +215,9 @@ def test_a_bad_file_is_one_sentence_and_exit_code_2(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "good.csv").write_text(ONE_ROW)
+    with Recorder(tmp_path / "good.mcap", {"config": '{"robot": "nao-v6"}'}) as recorder:
+        for seq in range(50):
+            recorder.write(standing_frame(seq))
     (tmp_path / "good.py").write_text("print('hello')\n")
     for suffix in (FILES[case.key], *MORE_SUFFIXES.get(case.key, ())):
         for kind in ("pipe", "device", "folder", "huge", *BAD):
@@ -225,7 +235,7 @@ def test_a_bad_file_is_one_sentence_and_exit_code_2(
 
 
 def argv(case: Case, path: Path, folder: Path) -> list[str]:
-    words = {"csv": folder / "good.csv", "py": folder / "good.py", "out": folder / "out"}
+    words = {kind: folder / f"good.{kind}" for kind in ("csv", "mcap", "py", "xar")} | {"out": folder / "out"}
     needed = [word.format(**words) for word in BEFORE.get(case.command, [])]
     if case.key.startswith("--"):
         name = case.command.split()
