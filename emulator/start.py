@@ -132,6 +132,8 @@ _ARMS_AHEAD: Final = {"RShoulderPitch": 0.6, "LShoulderRoll": 0.2, "RShoulderRol
 _H: Final = 0.7071067811865476
 HOOK_CLEARANCE: Final = 0.10
 """Height of the lowest point of a hanging robot over the floor, m."""
+_MAX_START_SLOPE: Final = 0.5
+"""Gradient of the steepest ground on which a robot is put as it slopes; no pose rests on a steeper one."""
 
 
 class StartPose(NamedTuple):
@@ -248,13 +250,36 @@ def place(
         for corner in sole_points(body, side).tolist()
     ]
     lowest = min(0.0, *(corner[2] for corner in corners))
-    where = Pose((at[0], at[1], lift - lowest), quaternion(yaw=at[2]))
-    if world.uneven:
-        feet = [point_of(where, corner) for corner in corners]
-        grounds = world.ground([(foot[0], foot[1]) for foot in feet])
-        rise = max(ground + lift - foot[2] for ground, foot in zip(grounds, feet, strict=True))
-        where = Pose((at[0], at[1], where.position[2] + max(0.0, rise)), where.orientation)
+    where = _on_ground(world, [(x, y) for x, y, _ in corners], at, lift - lowest)
     robot.set_torso(compose(world.pose, compose(where, turned)))
+
+
+def _on_ground(
+    world: World, points: Sequence[tuple[float, float]], at: tuple[float, float, float], height: float
+) -> Pose:
+    """A frame over the ground with its mean slope, in the floor's frame; no point of the ground is over it.
+
+    Args:
+        world: With the ground.
+        points: Where the ground counts, in the frame, m.
+        at: Of the frame on the floor, x and y in m, and its heading, rad.
+        height: Of the frame over the ground, m.
+    """
+    heading = quaternion(yaw=at[2])
+    if not world.uneven:
+        return Pose((at[0], at[1], height), heading)
+    x, y = np.array(points).T
+    turn = np.array([[math.cos(at[2]), -math.sin(at[2])], [math.sin(at[2]), math.cos(at[2])]])
+    places = (turn @ (x, y)).T
+    ground = np.array(world.ground([(at[0] + dx, at[1] + dy) for dx, dy in places.tolist()]))
+    plane = np.column_stack([places, np.ones(len(places))])
+    along_x, along_y, level = np.linalg.lstsq(plane, ground, rcond=None)[0].tolist()
+    if math.hypot(along_x, along_y) > _MAX_START_SLOPE:  # a wall or an edge, not a slope
+        along_x = along_y = level = 0.0
+    level += float((ground - plane @ (along_x, along_y, level)).max())
+    slope = quaternion(roll=math.atan(along_y * math.cos(math.atan(along_x))), pitch=-math.atan(along_x))
+    over = point_of(Pose((at[0], at[1], level), slope), (0.0, 0.0, height))
+    return Pose(over, compose(Pose(orientation=slope), Pose(orientation=heading)).orientation)
 
 
 def place_lying(
@@ -274,12 +299,12 @@ def place_lying(
         place(world, body, pose.angles, None, 0.0, at)
         return
     robot.set_joints([pose.angles[INDEX_WITH_MIRROR[name]] for name in robot.joints])
-    turned = compose(Pose((0.0, 0.0, 0.0), quaternion(yaw=at[2])), Pose(orientation=pose.orientation))
+    turned = Pose(orientation=pose.orientation)
     robot.set_torso(turned)
     lowest = min(lowest_point(shape, robot.link_pose(link)) for link, shape in link_shapes(body).items())
-    around = [(at[0] + 0.1 * i, at[1] + 0.1 * j) for i in range(-3, 4) for j in range(-3, 4)]
-    height = max(world.ground(around)) - lowest + pose.height
-    robot.set_torso(compose(world.pose, Pose((at[0], at[1], height), turned.orientation)))
+    around = [(0.1 * i, 0.1 * j) for i in range(-3, 4) for j in range(-3, 4)]
+    where = _on_ground(world, around, at, pose.height - lowest)
+    robot.set_torso(compose(world.pose, compose(where, turned)))
     robot.hold_torso(pose.held)
 
 

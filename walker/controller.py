@@ -153,6 +153,11 @@ class Controller:
         return self._state.name == "fallen" and bool(self._estimate.fall)
 
     @property
+    def hangs(self) -> bool:
+        """It stands, and no foot touches the ground."""
+        return self._state.name == "stand" and self._estimate.contacts.none
+
+    @property
     def delay(self) -> float:
         """Mean lateness of answers at the robot over about half a second, s."""
         return self._estimate.delay

@@ -61,6 +61,8 @@ class _Snapshot(NamedTuple):
     status: WalkStatus
     lies: bool
     """Fell, and is not upright again."""
+    hangs: bool
+    """Stands, and no foot touches the ground."""
     lying_side: Lying
     """Side on which the robot lies."""
     motion_waits: bool
@@ -160,7 +162,9 @@ class WalkService:
             distance=controller.walked,
             position=controller.odometry_pose,
         )
-        self._snapshot = _Snapshot(status, controller.lies, controller.lying_side, controller.motion_waits)
+        self._snapshot = _Snapshot(
+            status, controller.lies, controller.hangs, controller.lying_side, controller.motion_waits
+        )
         self._held.set()
         for order in self._due:
             order.taken.set()
@@ -214,6 +218,11 @@ class WalkService:
             return self._set(request, command)
         if self._snapshot.lies:
             raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
+        if self._snapshot.hangs:
+            raise WalkRefused(
+                "No foot feels the ground: the robot hangs, or its force sensors are dead; "
+                "put it on its feet first."
+            )
         walk = self._prepare(request, command)
         self._request = request
         self._bounded_by = next((n for n in ("target", "distance") if getattr(command, n) is not None), None)

@@ -1,12 +1,12 @@
 """Key-frame motions: their file format, and their 25 angles on a body.
 
 A motion moves the joints from frame to frame in straight lines in joint space, each in its time. Joints that a
-frame leaves out stay as they are. The first frame is approached from any pose.
+frame leaves out stay as they are, before their first frame at the robot's present targets. The first frame is
+approached from any pose.
 """
 
 from __future__ import annotations
 
-import csv
 import difflib
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple
@@ -14,10 +14,11 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 import msgspec
 
 from bridge.body import Body
-from bridge.body.joints import INDEX, JOINTS, N_JOINTS
+from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS, degrees_warning
 from bridge.body.quantities import absent_joints, limits
-from bridge.config import load_toml
+from bridge.config import MAX_TOML_SIZE, load_toml
 from bridge.errors import ConfigurationError
+from bridge.files import Row, read_table
 from bridge.types import Fraction, NotNegative, Positive
 from bridge.validation import Invalid, convert, unknown_name
 
@@ -28,6 +29,7 @@ _MIDLINE_JOINTS: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
 _TABLE_COLUMNS: Final = ("duration_s", "stiffness")
 """Of a table, in addition to the joints' columns."""
+_RIGHT: Final = f"give a CSV file of key frames, of at most {MAX_TOML_SIZE} bytes"
 _APPROACH_SPEED: Final = 1.5708
 """rad/s; speed of the approach to the first frame, NaoTH's."""
 
@@ -42,7 +44,7 @@ class Frame(_Table, frozen=True, kw_only=True):
     duration: NotNegative
     """Time from the frame before, s; of the first frame of a motion the least, an approach takes longer."""
     joints: dict[str, float] = {}
-    """rad, by name; those left out stay."""
+    """rad, by name; those left out stay. `RHipYawPitch` is the motor of `LHipYawPitch`, whose angle counts."""
     stiffness: Fraction | None = None
     """Of all joints; None: as before."""
 
@@ -76,13 +78,13 @@ class Motion(_Table, frozen=True, kw_only=True):
     source: str
     """Origin of the angles, and their licence."""
     begins: Annotated[tuple[Lying, ...], msgspec.Meta(min_length=1)] = (
+        "upright",
         "back",
         "front",
         "left",
         "right",
-        "upright",
     )
-    """Lying sides at which it may begin."""
+    """Lying sides at which it may begin; the first is the usual one."""
     bodies: tuple[str, ...] = ()
     """On which the motion works; empty: unknown."""
     gets_up: bool = False
@@ -101,8 +103,8 @@ class KeyFrameTarget(NamedTuple):
 
     duration: float
     """s"""
-    position: tuple[float, ...]
-    """25 in frame order, rad."""
+    position: dict[int, float]
+    """By frame slot, of the joints named so far, rad."""
     stiffness: float
     gate: Gate | None
 
@@ -123,26 +125,30 @@ def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
         ConfigurationError: no such motion, or a file that is none.
     """
     path = Path(name_or_path)
-    if path.suffix == ".csv":
-        return read_csv(path)
-    if path.suffix != ".toml":
+    if path.suffix not in (".csv", ".toml"):
         if name_or_path not in motion_names():
             known = (*also, *motion_names())
             raise ConfigurationError(f"{unknown_name('motion', name_or_path, known)}, or a file")
         path = _FOLDER / f"{name_or_path}.toml"
-    motion = load_toml(path, Motion)
-    for gate in (phase.gate for phase in motion.phases if phase.gate):
-        for axis in ("pitch", "roll"):
-            low, high = getattr(gate, axis)
-            if low > high:
-                raise ConfigurationError(
-                    f"{path}: gate.{axis} = [{low:g}, {high:g}]: the lower bound comes first"
-                )
-    for frame in (frame for phase in motion.phases for frame in phase.frames):
-        for joint in frame.joints:
-            if joint not in JOINTS:
+    motion = read_csv(path) if path.suffix == ".csv" else load_toml(path, Motion)
+    for phase in motion.phases:
+        _check_gate(path, phase.gate or Gate())
+        for joint, angle in (item for frame in phase.frames for item in frame.joints.items()):
+            if joint not in INDEX_WITH_MIRROR:
                 raise ConfigurationError(f"{path}: {unknown_name('joint', joint, JOINTS)}")
+            if why := degrees_warning(joint, angle):
+                raise ConfigurationError(f"{path}: {why}")
+    if not any(phase.frames for phase in motion.phases):
+        raise ConfigurationError(f"{path}: no key frames; at least one is expected")
     return motion
+
+
+def _check_gate(path: Path, gate: Gate) -> None:
+    """Raises ConfigurationError on bounds in the wrong order."""
+    for axis in ("pitch", "roll"):
+        low, high = getattr(gate, axis)
+        if low > high:
+            raise ConfigurationError(f"{path}: gate.{axis} = [{low:g}, {high:g}]: the lower bound comes first")
 
 
 def motion_for(kind: str, body: Body) -> Motion | None:
@@ -184,28 +190,19 @@ def read_csv(path: Path) -> Motion:
     Raises:
         ConfigurationError: unreadable, without such columns, or a cell is no such number.
     """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            table = csv.DictReader((line for line in file if not line.startswith("#")), restkey="")
-            rows, columns = list(table), table.fieldnames or ()
-    except OSError as error:
-        raise ConfigurationError(
-            f"{path}: cannot be read ({error.strerror}); give a readable CSV file"
-        ) from None
-    except ValueError:
-        raise ConfigurationError(f"{path}: not a text in UTF-8; give a CSV file") from None
+    first, *rows = [*read_table(path, _RIGHT, limit=MAX_TOML_SIZE)] or [Row(1, [])]
+    columns = first.cells
     for needed in _TABLE_COLUMNS:
         if needed not in columns:
             raise ConfigurationError(f"{path}: no column {needed}; columns are separated by commas")
-    for column in columns:  # others may be notes
-        if column not in JOINTS and difflib.get_close_matches(column, JOINTS, cutoff=0.8):
+    for number, column in enumerate(columns):  # others may be notes
+        if column in columns[:number] and column in (*_TABLE_COLUMNS, *INDEX_WITH_MIRROR):
+            raise ConfigurationError(f"{path}: the column {column} is there twice")
+        if column not in INDEX_WITH_MIRROR and difflib.get_close_matches(column, JOINTS, cutoff=0.8):
             raise ConfigurationError(f"{path}: {unknown_name('joint', column, JOINTS)}")
-    for number, row in enumerate(rows, 1):
-        if "" in row:
-            raise ConfigurationError(f"{path}: row {number} has more cells than there are columns")
-    frames = tuple(_frame(row, f"{path}: row {number}") for number, row in enumerate(rows, 1))
-    if not frames:
-        raise ConfigurationError(f"{path}: no key frames; a row for each is expected")
+    frames = tuple(
+        _frame(dict(zip(columns, row.cells, strict=True)), f"{path}, line {row.line}") for row in rows
+    )
     return Motion(title=path.stem, source=str(path.name), phases=(Phase(frames=frames),))
 
 
@@ -214,7 +211,7 @@ def _frame(row: dict[str, str], place: str) -> Frame:
 
     Args:
         row: cells by their columns.
-        place: file and row, for errors.
+        place: file and line, for errors.
 
     Raises:
         ConfigurationError: a cell is no such number.
@@ -226,13 +223,13 @@ def _frame(row: dict[str, str], place: str) -> Frame:
             value: float = convert(float(row[column]), kind)
         except Invalid as error:
             raise ConfigurationError(f"{place}, column {column}: {error.reason}") from None
-        except (TypeError, ValueError):
-            raise ConfigurationError(f"{place}, column {column}: {row[column] or ''!r} is no number") from None
+        except ValueError:
+            raise ConfigurationError(f"{place}, column {column}: {row[column]!r} is no number") from None
         return value
 
     return Frame(
         duration=number("duration_s", NotNegative),
-        joints={joint: number(joint, float) for joint in JOINTS if row.get(joint)},
+        joints={joint: number(joint, float) for joint in INDEX_WITH_MIRROR if row.get(joint)},
         stiffness=number("stiffness", Fraction) if row.get("stiffness") else None,
     )
 
@@ -244,22 +241,24 @@ def mirrored(motion: Motion) -> Motion:
 
 
 def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
-    """The frames of a motion in order, inside the joints' ranges; joints not named yet are at 0."""
-    position, stiffness, found = [0.0] * N_JOINTS, 1.0, []
+    """The frames of a motion in order, inside the joints' ranges."""
+    position: dict[int, float] = {}
+    stiffness, found = 1.0, []
     absent = absent_joints(body)
     for phase in motion.phases:
         frames = phase.frames * phase.repeat
         for number, frame in enumerate(frames, 1):
-            joints = frame.joints
+            joints = {"LHipYawPitch" if name == "RHipYawPitch" else name: q for name, q in frame.joints.items()}
+            joints |= {name: q for name, q in frame.joints.items() if name == "LHipYawPitch"}
             if phase.mirrored:
                 joints = {_mirror(name): _sign(name) * angle for name, angle in joints.items()}
             for joint, angle in joints.items():
                 if joint not in absent:
                     lower, upper = limits(body, joint)
-                    position[INDEX[joint]] = min(max(angle, lower), upper)
+                    position = position | {INDEX[joint]: min(max(angle, lower), upper)}
             stiffness = stiffness if frame.stiffness is None else frame.stiffness
             gate = phase.gate if number == len(frames) else None
-            found.append(KeyFrameTarget(frame.duration, tuple(position), stiffness, gate))
+            found.append(KeyFrameTarget(frame.duration, position, stiffness, gate))
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 from bridge.body import Body
@@ -39,10 +40,12 @@ class MotionPlayer:
     Args:
         motion: to play.
         body: whose joints.
+        present: the robot's targets at the beginning, 25 in frame order, rad, where joints stay that have not
+            been named; None: the measured angles, as of a robot that was limp.
     """
 
-    def __init__(self, motion: Motion, body: Body) -> None:
-        self._motion = motion
+    def __init__(self, motion: Motion, body: Body, present: Sequence[float] | None = None) -> None:
+        self._motion, self._present = motion, present
         self._targets = targets(motion, body)
         self._from: tuple[float, ...] | None = None
         self._number = 0
@@ -54,7 +57,7 @@ class MotionPlayer:
         """The torso is outside a gate; the motion is over."""
         self.stiffness = self._targets[0].stiffness
         """Of all joints now."""
-        self.position = self._targets[0].position
+        self.position: tuple[float, ...] = tuple(present or (0.0,) * N_JOINTS)
         """Angles of the last cycle, 25 in frame order, rad."""
 
     def advance(self, frame: SensorFrame, dt: float) -> tuple[float, ...]:
@@ -67,6 +70,7 @@ class MotionPlayer:
         self._gyroscope += _GYROSCOPE_WEIGHT * (frame.gyroscope[1] - self._gyroscope)
         if self._from is None:
             self._from, dt = frame.position, 0.0
+            self._present = self._present or frame.position
         self._time += dt
         duration = self._duration()
         if self._time >= duration and not self.done:
@@ -75,7 +79,7 @@ class MotionPlayer:
         target = self._targets[self._number]
         self.stiffness = target.stiffness
         share = min(self._time / duration, 1.0) if duration > 0.0 else 1.0
-        position = [a + share * (b - a) for a, b in zip(self._from, target.position, strict=True)]
+        position = [a + share * (b - a) for a, b in zip(self._from, self._pose(target), strict=True)]
         for joint in ("LAnklePitch", "RAnklePitch"):
             position[INDEX[joint]] += self._motion.ankle_gyroscope * self._gyroscope
         for joint in ("LHipPitch", "RHipPitch"):
@@ -83,13 +87,18 @@ class MotionPlayer:
         self.position = tuple(position)
         return self.position
 
+    def _pose(self, target: KeyFrameTarget) -> tuple[float, ...]:
+        """All angles of a frame, 25 in frame order, rad."""
+        assert self._present is not None
+        return tuple(target.position.get(i, angle) for i, angle in enumerate(self._present))
+
     def _duration(self) -> float:
         """Of the way to the present frame, s; that to the first is long enough for the approach speed."""
         assert self._from is not None
         target: KeyFrameTarget = self._targets[self._number]
         if self._number > 0:
             return target.duration
-        way = max(abs(target.position[i] - self._from[i]) for i in range(N_JOINTS))
+        way = max(abs(b - a) for a, b in zip(self._from, self._pose(target), strict=True))
         return max(target.duration, way / self._motion.approach_speed)
 
     def _end_frame(self, frame: SensorFrame, dt: float, duration: float) -> None:
@@ -102,7 +111,7 @@ class MotionPlayer:
             return
         self._waited = 0.0
         if self._number + 1 < len(self._targets):
-            self._from, self._time = target.position, self._time - duration
+            self._from, self._time = self._pose(target), self._time - duration
             self._number += 1
         else:
             self.done = self._time >= duration + SETTLE_TIME

@@ -4,31 +4,44 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
+import zlib
+from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
 
+import lz4.frame
 import msgspec
 import zstandard
+from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, McapRecord, Message, Metadata, Statistics
-from mcap.stream_reader import CRCValidationError, StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Statistics
+from mcap.stream_reader import StreamReader
 from zstandard import ZstdError
 
 from bridge.body import Body, body_of, load_body
 from bridge.errors import ConfigurationError
+from bridge.files import open_file
 from bridge.recording.canonical import RECORDED
 from bridge.recording.mcap_file import METADATA
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _RECORD: Final = struct.Struct("<BQ")
 """Head of every MCAP record: kind, and the length of the rest."""
-_CHUNK: Final = struct.Struct("<16xQII")
-"""Of a chunk: its times, its length unpacked, a checksum, and the length of the name of its compression."""
 MAX_RECORD_SIZE: Final = 1 << 26
 """bytes of a record, packed and unpacked; a second of the longest frames has a hundredth of it."""
+_MAX_RATIO: Final = 50
+"""Bytes that a byte of the file unpacks to at most, over the whole file; in our recordings 4."""
+_FREE_SIZE: Final = MAX_RECORD_SIZE
+"""bytes that a short file may unpack to, whatever its length."""
+_READERS: Final[dict[int, Callable[[ReadDataStream, int], McapRecord]]] = {
+    Opcode.MESSAGE: Message.read,
+    Opcode.CHANNEL: lambda stream, _: Channel.read(stream),
+    Opcode.METADATA: lambda stream, _: Metadata.read(stream),
+    Opcode.STATISTICS: lambda stream, _: Statistics.read(stream),
+}
+"""By the kind of the record."""
 
 _decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in RECORDED.items()}
 
@@ -82,7 +95,7 @@ def recorded_config(path: str | Path) -> Any:
 
 
 def _metadata(path: str | Path) -> dict[str, str]:
-    for record in _records(path):
+    for record in mcap_records(path):
         if isinstance(record, Metadata) and record.name == METADATA:
             return dict(record.metadata)
     return {}
@@ -130,7 +143,7 @@ def _typed(path: str | Path, topic: str, data: bytes) -> Any:
 def _messages(path: str | Path) -> Iterator[tuple[str, Message]]:
     topics: dict[int, str] = {}
     count = 0
-    for record in _records(path):
+    for record in mcap_records(path):
         if isinstance(record, Channel) and record.message_encoding == "json" and record.topic in _decoders:
             topics[record.id] = record.topic
         elif isinstance(record, Message):
@@ -141,10 +154,15 @@ def _messages(path: str | Path) -> Iterator[tuple[str, Message]]:
             raise _damaged(path, f"{count} of {record.message_count} messages can be read")
 
 
-def _records(path: str | Path) -> Iterator[McapRecord]:
-    """All records up to the footer, or to the last whole one of an incomplete file."""
+def mcap_records(path: str | Path) -> Iterator[McapRecord]:
+    """All records of any MCAP file up to the footer, or to the last whole one of an incomplete file.
+
+    Raises:
+        ConfigurationError: no such file, not an MCAP file, damaged, or one that unpacks to too much.
+    """
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
+        left = _FREE_SIZE + _MAX_RATIO * size
         while len(head := file.read(_RECORD.size)) == _RECORD.size:
             kind, length = _RECORD.unpack(head)
             if kind == Opcode.FOOTER:
@@ -156,33 +174,66 @@ def _records(path: str | Path) -> Iterator[McapRecord]:
                 return
             if length > MAX_RECORD_SIZE:
                 raise _damaged(path, f"a record of more than {MAX_RECORD_SIZE} bytes")
-            yield from _parse(path, head + file.read(length))
+            data = file.read(length)
+            if kind == Opcode.CHUNK:
+                data = _unpacked(path, data)
+                if (left := left - len(data)) < 0:
+                    raise _damaged(path, f"it unpacks to more than {_MAX_RATIO} times of its length")
+                yield from _in_chunk(path, data)
+                continue
+            try:  # the index too, although it is not used: it is damaged where the file is
+                yield from StreamReader(BytesIO(head + data), skip_magic=True).records
+            except EndOfFile:
+                continue
+            except (McapError, struct.error, ValueError, OverflowError) as error:
+                raise _damaged(path, error) from None
 
 
-def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
-    """The record, or when it is a chunk, those within."""
-    records = []
-    if record[0] == Opcode.CHUNK and _unpacked_size(record[_RECORD.size :]) > MAX_RECORD_SIZE:
-        raise _damaged(path, f"a chunk that unpacks to more than {MAX_RECORD_SIZE} bytes")
+def _unpacked(path: str | Path, content: bytes) -> bytes:
+    """The records in a chunk, one after the other."""
+    limit = f"a chunk that unpacks to more than {MAX_RECORD_SIZE} bytes"
     try:
-        for item in StreamReader(BytesIO(record), skip_magic=True, validate_crcs=True).records:
-            records.append(item)
-    except EndOfFile:
-        return records
-    except (McapError, ZstdError, CRCValidationError, struct.error, ValueError, OverflowError) as error:
-        raise _damaged(path, error) from None
-    return records
+        chunk = Chunk.read(ReadDataStream(BytesIO(content)))
+        if chunk.uncompressed_size > MAX_RECORD_SIZE:
+            raise _damaged(path, limit)
+        if chunk.compression == "zstd":
+            data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(MAX_RECORD_SIZE + 1)
+        elif chunk.compression == "lz4":
+            data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=MAX_RECORD_SIZE + 1)
+        elif not chunk.compression:
+            data = chunk.data
+        else:
+            raise _damaged(path, f"a chunk of the unknown compression `{chunk.compression[:20]}`")
+    except (McapError, ZstdError, struct.error, ValueError, RuntimeError, OverflowError) as error:
+        raise _damaged(path, error or type(error).__name__) from None
+    if len(data) > MAX_RECORD_SIZE:
+        raise _damaged(path, limit)
+    if len(data) != chunk.uncompressed_size:
+        raise _damaged(path, "a chunk has another length than it declares")
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise _damaged(path, "a chunk's checksum is another one")
+    return data
 
 
-def _unpacked_size(chunk: bytes) -> int:
-    """Bytes of a decompressed chunk, by its header and by its frame."""
-    try:
-        size, _, length = _CHUNK.unpack_from(chunk)
-        begin = _CHUNK.size + length + 8
-        packed = zstandard.frame_content_size(chunk[begin:]) if chunk[_CHUNK.size :][:length] == b"zstd" else 0
-    except (struct.error, ZstdError):
-        return 0  # cut off, or damaged: reading it raises the error
-    return int(max(size, packed))
+def _in_chunk(path: str | Path, data: bytes) -> Iterator[McapRecord]:
+    """The records in a chunk, but for those that no reader here takes; a cut one ends them."""
+    raw, place = BytesIO(data), 0
+    stream = ReadDataStream(raw)
+    while place + _RECORD.size <= len(data):
+        kind, length = _RECORD.unpack_from(data, place)
+        begin, place = place + _RECORD.size, place + _RECORD.size + length
+        if not kind:
+            raise _damaged(path, "a record of kind 0, which MCAP does not have")
+        if place > len(data):
+            return
+        if kind in _READERS:
+            raw.seek(begin)
+            try:
+                yield _READERS[kind](stream, length)
+            except EndOfFile:
+                return
+            except (McapError, struct.error, ValueError, OverflowError) as error:
+                raise _damaged(path, error) from None
 
 
 def _damaged(path: str | Path, how: object) -> ConfigurationError:
@@ -193,14 +244,7 @@ def _damaged(path: str | Path, how: object) -> ConfigurationError:
 
 
 def _open(path: str | Path) -> BinaryIO:
-    try:
-        if Path(path).exists() and not Path(path).is_file():
-            raise ConfigurationError(f"{path}: is no file; give the path of a recording (.mcap).")
-        file = Path(path).open("rb")  # noqa: SIM115 (the caller closes it)
-    except OSError as error:
-        raise ConfigurationError(
-            f"{path}: cannot be read ({error.strerror}); give the path of a recording (.mcap)."
-        ) from None
+    file = open_file(path, "give the path of a recording (.mcap)")
     if file.read(len(_MAGIC)) != _MAGIC:
         file.close()
         raise ConfigurationError(f"{path}: is not an MCAP file; give the path of a recording (.mcap).")

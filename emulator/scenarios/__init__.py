@@ -7,8 +7,9 @@ from typing import Final
 
 import msgspec
 
-from bridge.config import load_toml, read_limited
+from bridge.config import load_toml
 from bridge.errors import ConfigurationError
+from bridge.files import read_table
 from bridge.validation import unknown_name
 from emulator.scenarios.ground import START_NAMES, Heightfield, PlacedBox
 from emulator.scenarios.model import Scenario
@@ -46,13 +47,9 @@ def load_scenario(name_or_path: str) -> Scenario:
 
 def _with_heights(field: Heightfield, path: Path) -> Heightfield:
     """The heights of a CSV file in place of its name."""
-    data = read_limited(path, MAX_CSV, f"give a CSV file of heights in m of at most {MAX_CSV} bytes")
+    right = f"give a CSV file of heights in m of at most {MAX_CSV} bytes"
     try:
-        lines = data.decode().splitlines()
-    except ValueError as error:
-        raise ConfigurationError(f"{path}: cannot be read ({error}); give a CSV file of heights in m") from None
-    try:
-        rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip()]
+        rows = [[float(cell) for cell in row.cells] for row in read_table(path, right, MAX_CSV)]
         table = {"spacing": field.spacing, "centre": field.centre, "heights": rows}
         return msgspec.convert(table, Heightfield)
     except (ValueError, msgspec.ValidationError) as error:

@@ -45,7 +45,7 @@ def read_space(texts: Sequence[str], file: Path | None) -> dict[str, Range]:
 def _flat(table: dict[str, Any], where: str, prefix: str = "") -> list[tuple[str, Range]]:
     found = []
     for key, value in table.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value:
             found += _flat(value, where, f"{prefix}{key}.")
         elif isinstance(value, list):
             found.append((prefix + key, _range(f"{where}: {prefix}{key}", value)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -66,6 +67,8 @@ KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
     "body": (Body, lambda file: _check_robot(RunConfig(robot=str(file)))),
 }
 """Kind of a file -> its structure, and its check."""
+_HINTED_KEYS: Final = 100
+"""Of a file without a known key, so many are compared with the known ones."""
 
 
 def _whole(settings: RunConfig) -> dict[str, Any]:
@@ -117,11 +120,15 @@ def kind_of(file: Path) -> str:
         ConfigurationError: unreadable, not TOML, or no key that any kind has.
     """
     data = read_toml(file)
-    known = {kind: sum(_knows(struct, *entry) for entry in data.items()) for kind, (struct, _) in KINDS.items()}
+    tables = {kind: _tables(struct) for kind, (struct, _) in KINDS.items()}
+    known = {
+        kind: sum(fields.get(key) is isinstance(value, dict) for key, value in data.items())
+        for kind, fields in tables.items()
+    }
     most = max(known.values())
     if not most:
         for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check reports it
-            if any(get_close_matches(key, struct.__struct_fields__) for key in data):
+            if any(get_close_matches(key, struct.__struct_fields__) for key in islice(data, _HINTED_KEYS)):
                 return kind
         raise ConfigurationError(
             f"{file}: has no key of any file that nao-hil reads; say what it is with --kind."
@@ -134,12 +141,11 @@ def kind_of(file: Path) -> str:
     return best[0]
 
 
-def _knows(struct: type[msgspec.Struct], key: str, value: Any) -> bool:
-    """Whether a struct has a key, as the table or the value that it is in the file."""
+def _tables(struct: type[msgspec.Struct]) -> dict[str, bool]:
+    """Keys of a struct, and whether each is a table in the file."""
     info = msgspec.inspect.type_info(struct)
     assert isinstance(info, msgspec.inspect.StructType)
-    tables = {field.name: _table(field.type) for field in info.fields}
-    return tables.get(key) is isinstance(value, dict)
+    return {field.name: _table(field.type) for field in info.fields}
 
 
 def _table(kind: msgspec.inspect.Type) -> bool:

@@ -9,6 +9,7 @@ from typing import Annotated
 import msgspec
 import typer
 
+from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.cli import options
@@ -122,7 +123,7 @@ def _changes(
 ) -> RunConfig:
     """Robot, wear, engine and changed parameters; the default wear is nominal."""
     settings = run_config(file, robot=robot, wear=wear, engine=engine, gait=gait)
-    if wear is None and (file is None or "wear" not in msgspec.toml.decode(file.read_bytes())):
+    if wear is None and (file is None or "wear" not in read_toml(file)):
         settings = msgspec.structs.replace(settings, wear="nominal")
     return settings
 

@@ -51,7 +51,8 @@ def motion(
 ) -> Answer:
     """Play a key-frame motion on an emulated robot in this process; exit code 1: it does not stand then.
 
-    Without --start the robot lies as the motion begins; another way is refused. `get-up` plays the motion for
+    Without --start the robot stands, unless the file has `begins`; another way than one of these is refused.
+    `get-up` plays the motion for
     how the robot lies, again until it stands. With --connect the walker that serves a robot plays it, after
     closing the feet; the robot then stands, or rests where the motion ended.
 
@@ -123,7 +124,7 @@ def _player(robot: EmulatedRobot, name: str, motion: Motion, start: str) -> Moti
         raise ConfigurationError(
             f"the motion {name} begins with the torso: {begins}; with --start {start} it is: {side}."
         )
-    return MotionPlayer(motion, robot.body)
+    return MotionPlayer(motion, robot.body, robot.dcm.ahead().position)
 
 
 def _on_link(motion: str, robot: str, connect: str) -> Answer:

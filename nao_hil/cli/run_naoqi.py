@@ -24,6 +24,7 @@ import typer
 from bridge.adapters.naoqi.interaction.speech import SPOKEN_PREFIX
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
 from bridge.adapters.naoqi.robot_files import HOME_PREFIX
+from bridge.body import load_body
 from bridge.errors import ConfigurationError, LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint
@@ -43,6 +44,8 @@ FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""
 _REPORTED = re.compile(rf"{SPOKEN_PREFIX}.*|{HOME_PREFIX}.*|WARNING .*")
 """Lines of the server's log that are printed."""
+BODY = "nao-v5"
+"""Of a robot that is started, by default."""
 OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
 """Of this command, which it takes before the program only."""
 Url = Annotated[
@@ -67,6 +70,7 @@ def run_naoqi(
     Starts an emulated robot and `serve naoqi` when none runs, and ends with the program's exit code. Any
     address in the program leads to this robot. Options of this command come before the program.
     """
+    load_body(robot or BODY)
     compiled = program_code(program)
     arguments = arguments or []
     given = {argument.partition("=")[0] for argument in arguments}
@@ -152,7 +156,7 @@ def _missing(robot: str | None, url: str, connect: str, folder: Path) -> list[tu
     server = ("server", ["serve", "naoqi", "--listen", url, "--connect", connect])
     if kind in ("tcp", "tls", "ws") and port.isdecimal() and _answers(host, int(port)):
         return [server]
-    body = robot or "nao-v5"
+    body = robot or BODY
     return [("robot", ["emulate", "--robot", body, "--listen", connect, "--out", str(folder / "run")]), server]
 
 
@@ -216,6 +220,7 @@ def run_choregraphe(
     It ends when the behaviour's onStopped is reached, or when nothing has run for a
     while. Exit code 1: a part is left out.
     """
+    load_body(robot or BODY)
     file = _chosen(behaviours(project), behaviour)
     read_behaviour(file)
     with tempfile.TemporaryDirectory(prefix="nao-hil-choregraphe-") as folder:

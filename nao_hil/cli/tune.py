@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 import typer
 
+from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, chosen_engine, open_console
@@ -61,6 +62,8 @@ def tune(
     Example: nao-hil tune controller.damping.roll=0:0.15 controller.damping.pitch=0:0.15 --gait dynamic
     """
     try:
+        from emulator.scenarios import load_scenario
+        from emulator.wear import load_wear
         from nao_hil.campaigns.objective import Ensemble
         from nao_hil.campaigns.tuned import read_space
     except ModuleNotFoundError as error:
@@ -79,6 +82,12 @@ def tune(
     )
     others = msgspec.structs.replace(ensemble, wears=tuple(unseen_wear or ensemble.wears))
     for each in (ensemble, others):
+        for name in each.robots:
+            body = load_body(name)
+            for profile in each.wears:
+                load_wear(profile, body)
+        for world in each.scenarios:
+            load_scenario(world)
         each.walks({name: r.low for name, r in dimensions.items()})  # a wrong name is an error before all else
     directory = RunDirectory(out)
     directory.write_config(base)

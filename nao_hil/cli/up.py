@@ -67,15 +67,21 @@ def up(
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
     if settings.mode != "in-process":
         check_free(listen)
-    directory = new_folder(settings, out, overwrite=overwrite)
+    directory = new_folder(settings, out, overwrite=overwrite, waits=serve)
     if settings.mode == "in-process":
         return _in_process(settings, directory)
     shown = port if view else None
     return both_sides(settings, directory, name, listen, serve=serve, port=shown)
 
 
-def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool) -> RunDirectory:
+def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool, waits: bool = True) -> RunDirectory:
     """The folder of a run, with its configuration.
+
+    Args:
+        settings: Of the run.
+        out: The folder; None: a new one by the time.
+        overwrite: A run that it holds is replaced.
+        waits: The walker waits for orders.
 
     Raises:
         ConfigurationError: it cannot be made or holds a run, or the run could not begin; the folder
@@ -83,7 +89,7 @@ def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool) -> Run
     """
     from nao_hil.runs.build import check_run  # imported late: as in `up`
 
-    check_run(settings)
+    check_run(settings, waits=waits)
     directory = RunDirectory(out)
     directory.clear(overwrite=overwrite)
     directory.write_config(settings)

@@ -35,6 +35,7 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, Array]):
         threads: That share the robots; None: as many as cores.
         of_task: Arguments of the task alone. There is no `render_mode`: a picture is one robot's,
             `batch.robots[i].picture()`.
+        autoreset_mode: NEXT_STEP; other modes are refused.
 
     Raises:
         ConfigurationError: no robot, an argument that the task does not have, or a wrong one.
@@ -51,8 +52,14 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, Array]):
         scenario: str | list[str] = "flat",
         engine: str = "mujoco",
         threads: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         **of_task: Any,
     ) -> None:
+        if autoreset_mode not in (AutoresetMode.NEXT_STEP, AutoresetMode.NEXT_STEP.value):
+            raise ConfigurationError(
+                f"autoreset_mode is {autoreset_mode}; these environments have {AutoresetMode.NEXT_STEP}, in "
+                "which the step after an episode's end begins the next episode."
+            )
         if num_envs < 1:
             raise ConfigurationError(f"num_envs is {num_envs}; a number from 1 on is expected.")
         self.num_envs = num_envs

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
+from bridge.files import read_limited
 from bridge.messages.frames import ELEMENTS
 from bridge.types import Array
 from nao_hil.identification.readings import Readings, specific_force
@@ -48,6 +49,10 @@ _ARRAY: Final = (
     re.compile(r"(?P<of>.*)\[(?P<size>\d+)\]"),
     re.compile(r"std::array<(?P<of>.*),(?P<size>\d+)>"),
 )
+MAX_LOG: Final = 1 << 30
+"""bytes"""
+_SNAPPY_RATIO: Final = 64
+"""Bytes that one of snappy unpacks to: 64 by a copy of two."""
 _OFF: Final = 1000.0
 """Angles from which on a joint is off (10000) or keeps its last angle (20000), rad."""
 _READ: Final = (
@@ -126,10 +131,7 @@ def read_bhuman(path: Path) -> Readings:
     Raises:
         ConfigurationError: unreadable, a log without a specification of its types, or one without measurements.
     """
-    try:
-        stream = _Stream(memoryview(path.read_bytes()))
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read ({error.strerror}); give a B-Human log.") from None
+    stream = _Stream(memoryview(read_limited(path, MAX_LOG, f"give a B-Human log of at most {MAX_LOG} bytes")))
     try:
         ids, types, blocks = _chunks(path, stream)
         frames = _frames(path, ids, blocks)
@@ -219,6 +221,8 @@ def _blocks(path: Path, stream: _Stream, *, compressed: bool) -> Iterator[memory
             shift += 7
             if byte < 0x80:
                 break
+        if size > _SNAPPY_RATIO * len(packed):
+            raise struct.error("a block that unpacks to more than its form allows")
         try:
             block = memoryview(pyarrow.decompress(packed, size, codec="snappy"))
         except OSError as error:

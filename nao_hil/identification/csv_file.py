@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import gzip
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple, TextIO
+from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
 
-from bridge.config import load_toml, read_limited
+from bridge.body.joints import INDEX, degrees_warning
+from bridge.config import load_toml
 from bridge.errors import ConfigurationError
+from bridge.files import Row, read_table
 from bridge.types import Array
 from nao_hil.identification.readings import COMMANDS, NAMES, Readings
 
-MAX_CSV: Final = 1 << 26
-"""Bytes of a file of measurements, unpacked."""
 COLUMNS: Final = {
     f"{name}.{label}": (name, number) for name, labels in NAMES.items() for number, label in enumerate(labels)
 }
@@ -71,14 +68,7 @@ def read_csv(path: Path, mapping: Path | None = None) -> Readings:
             no number; names the line and the column.
     """
     given = None if mapping is None else load_toml(mapping, ColumnMap)
-    try:
-        with _open(path) as file:
-            table = _read_table(path, file, given, mapping)
-    except (OSError, EOFError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ConfigurationError(f"{path}: cannot be read ({reason}); give a CSV file.") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ConfigurationError(f"{path}: is not a CSV file in UTF-8 ({error}).") from None
+    table = _read_table(path, given, mapping)
     if len(table.values) < 2:
         raise ConfigurationError(f"{path}: has {len(table.values)} rows of numbers; at least two are needed.")
     own_clock = COMMAND_TIME in table.names
@@ -87,34 +77,34 @@ def read_csv(path: Path, mapping: Path | None = None) -> Readings:
     return Readings(time, measured, command_time, commands, own_clock)
 
 
-def _open(path: Path) -> TextIO:
-    """Text of a file within its bound."""
-    advice = f"give a CSV file of at most {MAX_CSV} bytes"
-    data = read_limited(path, MAX_CSV, advice)
-    if path.suffix.lower() == ".gz":
-        data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(MAX_CSV + 1)
-        if len(data) > MAX_CSV:
-            raise ConfigurationError(f"{path}: is longer than {MAX_CSV} bytes unpacked; {advice}.")
-    return io.StringIO(data.decode("utf-8-sig"), newline="")
-
-
-def _read_table(path: Path, file: TextIO, given: ColumnMap | None, mapping: Path | None) -> _Table:
-    lines = csv.reader(file)
-    head = [name.strip() for name in next(lines, [])]
+def _read_table(path: Path, given: ColumnMap | None, mapping: Path | None) -> _Table:
+    lines = read_table(path, "give a CSV file with a line for each time")
+    head = next(lines, Row(1, [])).cells
     _check_head(path, head, known=given is None)
     columns = {name: Column(column=name) for name in head} if given is None else _mapped(given, head, mapping)
     names, rate = list(columns), None if given is None else given.rate
     _check_names(path, names if rate is None else [*names, "time"])
     places = [head.index(columns[name].column) for name in names]
     rows, numbers = [], []
-    for cells in lines:
-        if cells:
-            rows.append(_row(path, lines.line_num, head, places, cells))
-            numbers.append(lines.line_num)
+    for line, cells in lines:
+        rows.append([_number(path, line, head[place], cells[place]) for place in places])
+        numbers.append(line)
     values = np.array(rows).reshape(len(rows), len(names)) * [columns[name].scale for name in names]
     if rate is not None:
         names, values = [*names, "time"], np.column_stack([values, np.arange(len(rows)) / rate])
+    _check_degrees(path, names, values)
     return _Table(names, values, np.array(numbers))
+
+
+def _check_degrees(path: Path, names: Sequence[str], values: Array) -> None:
+    """Raises ConfigurationError on angles that no joint reaches."""
+    for column, name in enumerate(names):
+        signal, _, joint = name.partition(".")
+        if joint not in INDEX or signal not in ("command", "position"):
+            continue
+        farthest = np.nanmax(np.abs(values[:, column]), initial=0.0)
+        if why := degrees_warning(joint, float(farthest)):
+            raise ConfigurationError(f"{path}: {why} --columns gives a column's scale.")
 
 
 def _check_head(path: Path, head: Sequence[str], *, known: bool) -> None:
@@ -165,14 +155,6 @@ def _mapped(given: ColumnMap, head: Sequence[str], mapping: Path | None) -> dict
 def _hint(name: str, known: Iterable[str]) -> str:
     near = difflib.get_close_matches(name, list(known), 1)
     return f" (did you mean `{near[0]}`?)" if near else ""
-
-
-def _row(
-    path: Path, line: int, head: Sequence[str], places: Sequence[int], cells: Sequence[str]
-) -> list[float]:
-    if len(cells) != len(head):
-        raise ConfigurationError(f"{path}, line {line}: has {len(cells)} cells; its head has {len(head)}.")
-    return [_number(path, line, head[place], cells[place].strip()) for place in places]
 
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:

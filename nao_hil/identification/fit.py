@@ -145,6 +145,10 @@ _ZERO: Final = 0.05
 """Largest zero error of an encoder that is looked for, rad."""
 _ENOUGH: Final = 2.0
 """Time that a group's joints must have moved alone, s."""
+_IDEAL: Final = 0.95
+"""Share of the drives' residual below which a delay alone explains the angles better."""
+_ROUNDING: Final = 1.5
+"""Residuals of this many standard deviations of the encoders' rounding are a good fit."""
 _ROBUST: Final = 3.0
 """Residuals beyond this many steps of the encoder count less than squared."""
 _STRETCH: Final = 4.0
@@ -243,7 +247,39 @@ def fit(
         beginning = _Problem(body, signals.part(slice(0, rows)), base, progress)
         if beginning.groups:
             start = problem.start_from(beginning, beginning.solve(beginning.start, _ROUGH))
-    return problem.conclude(problem.solve(start, _FINE))
+    found = problem.conclude(problem.solve(start, _FINE))
+    _require_drives(found, signals, 2.0 * np.pi / body.encoder_steps)
+    return found
+
+
+def _require_drives(found: Fit, signals: Signals, step: float) -> None:
+    """Raises ConfigurationError where the delayed command alone is nearer to a joint's angles than the drives.
+
+    Those of a motor never are: the fitted drives delay too, and friction, load and backlash come on top. Then
+    the recording shows requests, or an ideal simulator's angles, and any backlash is the model's own error.
+
+    Args:
+        found: The fit.
+        signals: The recording.
+        step: Of the encoders, rad; drives that fit to within its rounding are right as they are.
+    """
+    rounding = _ROUNDING * step / np.sqrt(12.0)
+    for column, joint in enumerate(found.joints):
+        used = np.flatnonzero(found.samples[:, column])
+        if not len(used):
+            continue
+        command, angle = signals.command[:, INDEX[joint]], signals.position[used, INDEX[joint]]
+        time = used * signals.cycle
+        lags = np.arange(0.0, _MOST["delay"], 0.5 * signals.cycle)
+        cycles = np.arange(len(command)) * signals.cycle
+        errors = [float(np.std(angle - np.interp(time - lag, cycles, command))) for lag in lags]
+        model = float(np.sqrt(np.mean(np.square(angle - found.predicted[used, column]))))
+        if model > rounding and min(errors) < _IDEAL * model:
+            raise ConfigurationError(
+                f"The angles of {joint} are its commands {1e3 * lags[np.argmin(errors)]:.0f} ms later, "
+                f"to within {np.degrees(min(errors)):.2g} degrees, unlike a motor with a load: the recording "
+                "shows the commands themselves, or joints without drives. Record the encoders' angles."
+            )
 
 
 class _Problem:

@@ -5,19 +5,17 @@ Source: `McapConverter`, `SensorData`, `MotorCommands`, `Joints` of the HULKs' r
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
 import msgpack
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-from zstandard import ZstdError
+from mcap.records import Channel, Message
 
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
+from bridge.recording.playback import mcap_records
 from bridge.types import Array
 from nao_hil.identification.readings import Readings, specific_force
 
@@ -30,13 +28,17 @@ _FOOT: Final = ("front_left", "front_right", "rear_left", "rear_right")
 
 
 def is_hulks(path: Path) -> bool:
-    """The file's channels hold MessagePack; not, if its list of channels cannot be read."""
-    try:
-        with path.open("rb") as file:
-            summary = make_reader(file).get_summary()
-    except (OSError, McapError, ZstdError, ValueError):
-        return False
-    return any(c.message_encoding.lower() == ENCODING for c in summary.channels.values()) if summary else False
+    """The file's first channels hold MessagePack.
+
+    Raises:
+        ConfigurationError: no MCAP file, or a damaged one.
+    """
+    for record in mcap_records(path):
+        if isinstance(record, Message):
+            return False
+        if isinstance(record, Channel) and record.message_encoding.lower() == ENCODING:
+            return True
+    return False
 
 
 def read_hulks(path: Path) -> Readings:
@@ -56,7 +58,7 @@ def read_hulks(path: Path) -> Readings:
             name = topic.rpartition(".")[2]
             if name in messages and (value := msgpack.unpackb(data)) is not None:
                 messages[name].append((when, value))
-    except (McapError, ZstdError, ValueError, msgpack.UnpackException) as error:
+    except (ValueError, msgpack.UnpackException) as error:
         raise ConfigurationError(
             f"{path}: is damaged ({error}); recover the readable part with `mcap recover` of the MCAP project."
         ) from None
@@ -84,11 +86,16 @@ def read_hulks(path: Path) -> Readings:
     return Readings(time, measured, command_time, requests, apart, notes)
 
 
-def _messages(path: Path) -> Iterator[tuple[str, float, bytes]]:
-    with path.open("rb") as file:
-        for _, channel, message in make_reader(file).iter_messages():
-            if channel.message_encoding.lower() == ENCODING:
-                yield channel.topic, 1e-9 * message.log_time, message.data
+def _messages(path: Path) -> list[tuple[str, float, bytes]]:
+    """Topic, time (s) and content, by time."""
+    topics: dict[int, str] = {}
+    found = []
+    for record in mcap_records(path):
+        if isinstance(record, Channel) and record.message_encoding.lower() == ENCODING:
+            topics[record.id] = record.topic
+        elif isinstance(record, Message) and record.channel_id in topics:
+            found.append((topics[record.channel_id], 1e-9 * record.log_time, record.data))
+    return sorted(found, key=lambda message: message[1])
 
 
 def _rising(messages: list[tuple[float, Any]]) -> tuple[Array, list[Any]]:

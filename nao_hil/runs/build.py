@@ -79,14 +79,19 @@ def require_upright(robot: EmulatedRobot) -> None:
         )
 
 
-def check_run(settings: RunConfig) -> None:
+def check_run(settings: RunConfig, *, waits: bool = True) -> None:
     """Refuse a configuration that robot or walker would refuse before the first cycle.
 
+    Args:
+        settings: Configuration.
+        waits: The walker waits for orders at a stand.
+
     Raises:
-        ConfigurationError: as `check_robot`, or a gait or controller that this body cannot walk with.
+        ConfigurationError: as `check_robot`, a gait or controller that this body cannot walk with, or a walk
+            of a robot that hangs.
     """
     body = check_robot(settings)
-    controller_maker(settings)(body, body.cycle)
+    controller_maker(settings, waits=waits)(body, body.cycle)
 
 
 def check_robot(settings: RunConfig) -> Body:
@@ -119,8 +124,13 @@ def controller_maker(settings: RunConfig, *, waits: bool = False) -> MakeControl
         waits: It waits for orders at a stand.
 
     Raises:
-        ConfigurationError: a wrong parameter of the gait or the controller.
+        ConfigurationError: a wrong parameter of the gait or the controller, or a walk of a robot that hangs.
     """
+    if settings.start == "hang" and not waits:
+        raise ConfigurationError(
+            "start hang: a robot that hangs has no ground to walk on; `stand` would do, or to wait for orders "
+            "(`nao-hil up --serve`)."
+        )
     controllers = controller_parameters(settings.gait, settings.controller)
     moving = _moving(settings, settings.parameters)  # refuses a wrong parameter before a robot is there
     order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))

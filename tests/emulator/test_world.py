@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -318,6 +319,29 @@ def test_boxes_are_placed_from_the_robot_and_on_one_another(physics: str) -> Non
         lower, upper = robot.world_events.objects()
         np.testing.assert_allclose(lower.position, (x, y + 0.4, 0.025), atol=2e-3)
         np.testing.assert_allclose(np.subtract(upper.position, lower.position), (0.0, 0.0, 0.05), atol=1e-4)
+
+
+def sloped(ground: str, gradient: float) -> Scenario:
+    """Ground that falls along x, of each kind."""
+    if ground == "floor":
+        return Scenario(floor=ScenarioFloor(pitch=math.degrees(math.atan(gradient))))
+    rows = tuple(tuple(2.0 - 0.05 * gradient * i for i in range(61)) for _ in range(61))
+    return Scenario(heightfield=Heightfield(spacing=0.05, heights=rows))
+
+
+@pytest.mark.parametrize(("start", "yaw"), [(None, 0.0), (None, 90.0), ("crouch", 180.0), ("lie-back", 0.0)])
+def test_a_robot_starts_on_a_slope_of_heights_as_on_a_tilted_floor(
+    start: str | None, yaw: float, physics: str
+) -> None:
+    angles = {}
+    for ground in ("floor", "heights"):
+        scenario = msgspec.structs.replace(sloped(ground, 0.1), start=Start(yaw=yaw))
+        with EmulatedRobot(BODY, seed=0, engine=physics, scenario=scenario, start=start) as robot:
+            for _ in range(50):
+                robot.advance(None)
+            angles[ground] = np.array(robot.frame.angle)
+            assert start == "lie-back" or not robot.truth().fell
+    np.testing.assert_allclose(angles["heights"], angles["floor"], atol=0.02)
 
 
 def test_tiles_have_the_asked_heights_and_leave_the_start_free(engine: Engine) -> None:

@@ -11,7 +11,7 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.cli.config import KINDS, kind_of
-from nao_hil.runs.build import clipped_velocity
+from nao_hil.runs.build import check_run, clipped_velocity
 from nao_hil.runs.config import RunConfig, run_config
 
 
@@ -34,6 +34,13 @@ def test_a_velocity_has_three_numbers() -> None:
     assert run_config(None, velocity=(0.1, 0.0, -0.2)).velocity == (0.1, 0.0, -0.2)
     with pytest.raises(ConfigurationError, match="it takes three"):
         run_config(None, velocity=(0.1, 0.0))
+
+
+def test_a_walk_of_a_robot_that_hangs_is_refused() -> None:
+    hangs = RunConfig(start="hang", engine="mujoco")
+    check_run(hangs)  # for a walker that waits for orders
+    with pytest.raises(ConfigurationError, match="hangs"):
+        check_run(hangs, waits=False)
 
 
 def test_a_velocity_beyond_the_limits_of_the_gait_is_told() -> None:

@@ -10,6 +10,7 @@ import pytest
 gymnasium = pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
+from gymnasium.vector import AutoresetMode  # noqa: E402
 
 from bridge.body import load_body  # noqa: E402
 from bridge.errors import ConfigurationError  # noqa: E402
@@ -124,6 +125,14 @@ def test_wrong_arguments_are_one_sentence() -> None:
         gymnasium.make_vec(
             "NaoHil-Servos-v0", num_envs=1, render_mode="rgb_array", vectorization_mode="vector_entry_point"
         )
+    for mode in (AutoresetMode.SAME_STEP, AutoresetMode.DISABLED, "SameStep"):
+        with pytest.raises(ConfigurationError, match=r"autoreset_mode is .*NEXT_STEP"):
+            gymnasium.make_vec(
+                "NaoHil-Servos-v0",
+                num_envs=1,
+                vectorization_mode="vector_entry_point",
+                autoreset_mode=mode,
+            )
     for n in (0, -1):
         with pytest.raises(ConfigurationError, match=f"num_envs is {n}; a number from 1 on"):
             gymnasium.make_vec("NaoHil-Servos-v0", num_envs=n, vectorization_mode="vector_entry_point")

@@ -87,6 +87,17 @@ def test_stands_until_it_is_told_to_walk(served: Served) -> None:
     assert served.ask(op="status").position == (0.0, 0.0, 0.0)
 
 
+def test_a_robot_that_hangs_does_not_walk_on_an_order_until_it_stands() -> None:
+    with EmulatedRobot(BODY, seed=1, engine="mujoco", start="hang") as robot:
+        served = Served(robot)
+        served.until("stand")
+        with pytest.raises(WalkRefused, match="hangs"):
+            served.ask(op="walk", velocity=(0.014, 0.0, 0.0))
+        robot.stand_up()
+        served.run(50)
+        assert served.ask(op="walk", velocity=(0.014, 0.0, 0.0)).text
+
+
 def test_the_velocity_is_that_of_the_planned_steps(served: Served) -> None:
     """Steps of v (T_DSP + T_SSP): with the thesis' 2 s and 1.5 s, 0.014 m/s make 49 mm."""
     served.ask(op="walk", velocity=(0.014, 0.0, 0.0))

@@ -12,6 +12,14 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import get_typestore
 
@@ -45,6 +53,21 @@ TYPES: Final = {
 IMAGE, CAMERA_INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 MESSAGE_CYCLES: Final = {JOINT_STATES: 1, IMU: 1, FSR: 2, BUTTONS: 10, ODOMETRY: 2, TF: 2}
 """Cycles of the robot from one message to the next."""
+_FOREVER: Final = QosTime(9223372036, 854775807)
+"""ROS 2's infinite duration."""
+_QOS: Final = Qos(
+    QosHistory.KEEP_LAST,
+    10,
+    QosReliability.RELIABLE,
+    QosDurability.VOLATILE,
+    _FOREVER,
+    _FOREVER,
+    QosLiveliness.AUTOMATIC,
+    _FOREVER,
+    avoid_ros_namespace_conventions=False,
+)
+_LATCHED: Final = _QOS._replace(depth=1, durability=QosDurability.TRANSIENT_LOCAL)
+"""Of the description: a node that comes later gets it too. As of the live topics (`wire.py`)."""
 _UNKNOWN_COVARIANCE: Final = np.zeros(9)
 """An unknown covariance (REP of sensor_msgs)."""
 
@@ -308,7 +331,12 @@ def write_bag(recording: Path, out: Path, body: Body, urdf: str, distro: str = "
     try:
         with Writer(out, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer:
             connections = {
-                topic: writer.add_connection(f"/{topic}", type_name, typestore=store)
+                topic: writer.add_connection(
+                    f"/{topic}",
+                    type_name,
+                    typestore=store,
+                    offered_qos_profiles=[_LATCHED if topic == DESCRIPTION else _QOS],
+                )
                 for topic, type_name in TYPES.items()
             }
 

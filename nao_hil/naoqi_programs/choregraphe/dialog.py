@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
-from bridge.config import read_limited
 from bridge.errors import ConfigurationError
+from bridge.files import read_limited
 from nao_hil.naoqi_programs.choregraphe.project import Box
 
 MAX_SIZE = 1 << 20

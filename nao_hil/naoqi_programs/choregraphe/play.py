@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from bridge.adapters.naoqi.declared import HOME, ROBOT_HOME
+from bridge.adapters.naoqi.robot_files import ROBOT_HOME
 from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
@@ -124,7 +124,7 @@ def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and list omitted steps."""
     import qi  # late: `BehaviorManager` needs none
 
-    home = ROBOT_HOME if ROBOT_HOME.is_dir() else HOME
+    home = ROBOT_HOME if ROBOT_HOME.is_dir() else report.parent / "home"
     home.mkdir(exist_ok=True)
     os.environ["HOME"] = str(home)  # scripts run on the robot
     session = qi.Session()

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.config import read_limited
 from bridge.errors import ConfigurationError
+from bridge.files import read_limited
 from bridge.validation import unknown_name
 
 MAX_SIZE: Final = 20_000_000

@@ -59,7 +59,7 @@ def test_spin_is_taken_back_and_leaves_a_steady_error(turn):
 
 @pytest.mark.parametrize("spin_deg", [1.0, -1.0])
 def test_spin_is_taken_back_when_its_sum_passes_half_and_full_turns(spin_deg):
-    """The spins of 400 steps add up to more than a full circle; the heading rests where that of 40 steps does."""
+    """The spins of 400 steps make more than a full circle; the heading rests where that of 40 steps does."""
     spin = math.radians(spin_deg)
     early, late = (sum(walked(0.0, spin, steps)[-8:]) / 8 for steps in (40, 400))
     assert late == pytest.approx(early, rel=0.01)

@@ -15,8 +15,8 @@ from bridge.adapters.naoqi.declared import INERT, Answers, Range, offers, text
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, captures, parse, plain_words
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
-from bridge.config import read_limited
 from bridge.errors import NaoHilError, NaoqiRefused
+from bridge.files import read_limited
 from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)

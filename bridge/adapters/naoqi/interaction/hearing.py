@@ -12,8 +12,8 @@ from bridge.adapters.naoqi.core.sensing import Extractor
 from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, number, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
-from bridge.config import read_limited
 from bridge.errors import NaoqiRefused
+from bridge.files import read_limited
 
 NOTHING_RECOGNIZED: Final[list[Any]] = ["", -3.0]
 """Initial value of `WordRecognized` (assumed)."""

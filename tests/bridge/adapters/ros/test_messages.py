@@ -105,12 +105,15 @@ def test_a_recording_becomes_a_bag_that_rosbags_reads(tmp_path: Path) -> None:
     counts = write_bag(tmp_path / "frames.mcap", tmp_path / "bag", BODY, "<robot/>")
     with Reader(tmp_path / "bag") as bag:
         read = {c.topic.strip("/"): c.msgcount for c in bag.connections}
+        # a node that subscribes after the first message gets the description too, as from robot_state_publisher
+        latched = {c.topic for c in bag.connections if c.ext.offered_qos_profiles[0].durability.value == 1}
         states = [
             (time, STORE.deserialize_cdr(data, c.msgtype))
             for c, time, data in bag.messages()
             if c.topic == "/joint_states"
         ]
     assert read == counts
+    assert latched == {"/robot_description"}
     assert counts == {"robot_description": 1} | {topic: 100 // every for topic, every in MESSAGE_CYCLES.items()}
     assert states[50][0] == 500_000_000
     assert states[50][1].position[0] == standing_frame().position[0]
