@@ -133,7 +133,7 @@ _H: Final = 0.7071067811865476
 HOOK_CLEARANCE: Final = 0.10
 """Height of the lowest point of a hanging robot over the floor, m."""
 _MAX_START_SLOPE: Final = 0.5
-"""Gradient of the steepest ground on which a robot is put as it slopes; no start pose rests on a steeper one."""
+"""Gradient of the steepest ground whose slope the start pose takes over; it rests on no steeper one."""
 
 
 class StartPose(NamedTuple):

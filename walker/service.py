@@ -220,7 +220,7 @@ class WalkService:
             raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
         if self._snapshot.hangs:
             raise WalkRefused(
-                "No foot feels the ground: the robot hangs, or its force sensors are dead; put it on its feet first."
+                "No foot feels the ground: the robot hangs, or its force sensors are dead; set it on its feet."
             )
         walk = self._prepare(request, command)
         self._request = request

@@ -32,7 +32,7 @@ _RECORD: Final = struct.Struct("<BQ")
 MAX_RECORD_SIZE: Final = 1 << 26
 """bytes of a record, packed and unpacked; a second of the longest frames has a hundredth of it."""
 _MAX_RATIO: Final = 50
-"""Bytes that a byte of the file unpacks to at most, over the whole file; those of our recordings unpack to 4."""
+"""Bytes that a byte of the file unpacks to at most, over the whole file; of our recordings 4."""
 _FREE_SIZE: Final = MAX_RECORD_SIZE
 """bytes that a short file may unpack to, whatever its length."""
 _READERS: Final[dict[int, Callable[[ReadDataStream, int], McapRecord]]] = {

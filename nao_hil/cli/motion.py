@@ -51,9 +51,9 @@ def motion(
 ) -> Answer:
     """Play a key-frame motion on an emulated robot in this process; exit code 1: it does not stand then.
 
-    Without --start the robot stands, unless the file has `begins`; another way than one of these is refused. `get-up` plays the motion for
-    how the robot lies, again until it stands. With --connect the walker that serves a robot plays it, after
-    closing the feet; the robot then stands, or rests where the motion ended.
+    Without --start the robot stands, unless the file has `begins`; another way than those is refused. `get-up`
+    plays the motion for how the robot lies, again until it stands. With --connect the walker that serves a
+    robot plays it, after closing the feet; the robot then stands, or rests where the motion ended.
 
     Example: nao-hil motion get-up --robot nao-v6 --start lie-side --seed 1
 

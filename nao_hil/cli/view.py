@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from bridge.recording.playback import read_recording
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import stop_event
@@ -49,15 +48,16 @@ def view(
     """
     os.nice(NICENESS)  # of this thread, and of those that it starts from here on
     replay = [recording_of(file) for file in replay or ()]
-    for file in replay:
-        read_recording(file)  # raises where it is none, before there is a page
     stop = stop_event()
     console = open_console()
     door = open_door(host)
     from nao_hil.view.server import PageServer  # imported late: the walker's plans come with it
 
+    shown = (
+        recorded_page(replay) if replay else page(f"nao-hil: {name}")
+    )  # before the page: it may be no recording
     server = PageServer(host, port, door.access, door.tls)
-    server.show(*(recorded_page(replay) if replay else page(f"nao-hil: {name}")))
+    server.show(*shown)
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
     if door.fingerprint:
         console.print(

@@ -276,9 +276,9 @@ def _require_drives(found: Fit, signals: Signals, step: float) -> None:
         model = float(np.sqrt(np.mean(np.square(angle - found.predicted[used, column]))))
         if model > rounding and min(errors) < _IDEAL * model:
             raise ConfigurationError(
-                f"The angles of {joint} are its commands {1e3 * lags[np.argmin(errors)]:.0f} ms later, to within "
-                f"{np.degrees(min(errors)):.2g} degrees, as those of no motor with a load: the recording shows the "
-                "commands themselves, or joints without drives. Record the encoders' angles."
+                f"Angles of {joint} are its commands, {1e3 * lags[np.argmin(errors)]:.0f} ms later, to within "
+                f"{np.degrees(min(errors)):.2g} degrees; no motor follows so well. The recording shows the "
+                "commands themselves, or joints without drives; record the encoders' angles."
             )
 
 

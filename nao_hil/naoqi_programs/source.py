@@ -11,7 +11,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Final
 
-from bridge.config import read_limited
+from bridge.files import read_limited
 from nao_hil.naoqi_programs.conversion import ESCAPE, from_python2, no_program, own_names, with_imports
 
 _OLD: Final = (

@@ -60,11 +60,60 @@ MORE_SUFFIXES: Final = {
     "run-choregraphe project": (".pml",),
 }
 OTHERS: Final = frozenset(
-    "--behavior --body-id --called --cluster --connect --controller --cycle --distro --engine --floor --format "
-    "--gait --head-id --host --html --install-completion --keys --kind --listen --mode --name --out --role "
-    "--router --run --set --show-completion --socket --stabilizer --start --study --torso --url --velocity "
-    "--video --what --yaw --to --admittance --gamepad --domain arguments button folder number person query "
-    "ranges what x y name".split()
+    [
+        "--behavior",
+        "--body-id",
+        "--called",
+        "--cluster",
+        "--connect",
+        "--controller",
+        "--cycle",
+        "--distro",
+        "--engine",
+        "--floor",
+        "--format",
+        "--gait",
+        "--head-id",
+        "--host",
+        "--html",
+        "--install-completion",
+        "--keys",
+        "--kind",
+        "--listen",
+        "--mode",
+        "--name",
+        "--out",
+        "--role",
+        "--router",
+        "--run",
+        "--set",
+        "--show-completion",
+        "--socket",
+        "--stabilizer",
+        "--start",
+        "--study",
+        "--torso",
+        "--url",
+        "--velocity",
+        "--video",
+        "--what",
+        "--yaw",
+        "--to",
+        "--admittance",
+        "--gamepad",
+        "--domain",
+        "arguments",
+        "button",
+        "folder",
+        "number",
+        "person",
+        "query",
+        "ranges",
+        "what",
+        "x",
+        "y",
+        "name",
+    ]
 )
 """Names, endpoints, numbers, folders and files to write; devices that are polled."""
 EMPTY_IS_VALID: Final = frozenset({"--config", "--scenario", "--space", "campaign file", "run-naoqi program"})
@@ -83,7 +132,7 @@ BEFORE: Final[dict[str, list[str]]] = {
     "experiment": ["velocity"],
     "run-naoqi": ["{py}"],
     "run-choregraphe": ["{xar}"],
-    "bridge naoqi": ["--url", "tcp/127.0.0.1:1"],
+    "bridge naoqi": ["--url", "tcp://127.0.0.1:1"],
     "plot": ["{mcap}"],
     "replay": ["{mcap}"],
 }

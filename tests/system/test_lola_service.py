@@ -210,7 +210,8 @@ def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCapture
     assert robot.command().position[0] == 30.0  # the robot's own ranges clip it
     assert sorted(record.getMessage() for record in caplog.records) == [
         "the client's `Position` needs 25 numbers and has 24 elements; it was ignored.",
-        "the client's `Position` of HeadYaw is 30 rad, which no joint reaches; are they degrees? Angles are in radians.",
+        "the client's `Position` of HeadYaw is 30 rad, which no joint reaches; is it in degrees? Radians are "
+        "right.",
         "the client's `Position` of HeadYaw is nan and was ignored; a finite number is expected.",
         "the client's `Stiffness` of HeadYaw is 7 and was clipped; -1 to 1 is allowed.",
     ]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from bridge.config import read_limited
+from bridge.files import read_limited
 from bridge.errors import ConfigurationError
 
 MAX_SIZE: Final = 20_000_000

@@ -64,7 +64,7 @@ def test_an_angle_in_degrees_is_warned_of_once(robot: Robot, caplog: pytest.LogC
         robot.run(0.5)
     said = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
     assert said == [
-        "ALMotion: the angle of HeadYaw is 90 rad, which no joint reaches; are they degrees? Angles are in radians."
+        "ALMotion: the angle of HeadYaw is 90 rad, which no joint reaches; is it in degrees? Radians are right."
     ]
 
 
