@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from bridge.files import read_limited
 from bridge.errors import ConfigurationError
+from bridge.files import read_limited
 
 MAX_SIZE: Final = 20_000_000
 """bytes of a file"""
