@@ -71,7 +71,7 @@ def degrees_warning(joint: str, angle: float) -> str:
     """
     if abs(angle) <= math.pi:
         return ""
-    return f"{joint} is {angle:g} rad, which no joint reaches; are they degrees? Angles are in radians."
+    return f"{joint} is {angle:g} rad, which no joint reaches; is it in degrees? Radians are right."
 
 
 TORSO: Final = "Torso"

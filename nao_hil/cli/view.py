@@ -54,6 +54,9 @@ def view(
     door = open_door(host)
     from nao_hil.view.server import PageServer  # imported late: the walker's plans come with it
 
+    shown = (
+        recorded_page(replay) if replay else page(f"nao-hil: {name}")
+    )  # before the page: it may be no recording
     server = PageServer(host, port, door.access, door.tls)
     server.show(*shown)
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import msgspec
 import typer
 
+from bridge.body import load_body
 from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.messages.walk import WALK_COMMAND
@@ -83,6 +84,8 @@ def walk(
     body = settings.robot if robot is not None or config is not None else None
     priority = CONTROLLER_PRIORITY if realtime_priority else None
     # made first: a wrong parameter is an error before the link is opened
+    if body is not None:
+        load_body(body)
     orders = settings.gait, settings.parameters, settings.controller
     service = WalkService(*orders, recover=settings.recover, standby=standby) if serve else None
     make = service.make if service is not None else controller_maker(settings)

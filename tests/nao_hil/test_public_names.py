@@ -84,7 +84,7 @@ def test_an_angle_that_no_joint_reaches_is_warned_of_once(caplog: pytest.LogCapt
             robot.step((angle + 1e300 for angle in robot.frame.position), 1.0)
     warned = [record.getMessage() for record in caplog.records]
     assert warned == [
-        "position of HeadYaw is 1e+300 rad, which no joint reaches; are they degrees? Angles are in radians."
+        "position of HeadYaw is 1e+300 rad, which no joint reaches; is it in degrees? Radians are right."
     ]
 
 

@@ -101,6 +101,25 @@ def recording(folder: Path) -> Path:
     return file
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.2], ids=["exact", "noisy"])
+def test_angles_that_are_the_commands_are_refused_and_give_no_backlash(
+    noise: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Drives with a least lag do not fit them; their errors would be taken for a backlash of over a degree."""
+    time = np.arange(4000) * 0.012
+    angles = np.column_stack([0.5 * triangle(time, 8.0), 0.6 + 0.4 * triangle(time, 7.0)])
+    angles[:, 0] *= time < 24.0
+    angles[:, 1] = np.where(time < 24.0, 0.6, angles[:, 1])
+    errors = np.random.default_rng(5).normal(0.0, math.radians(noise), angles.shape)
+    rows = np.column_stack([time, angles, angles + errors])
+    file = tmp_path / "ideal.csv"
+    head = "time,command.HeadYaw,command.LKneePitch,position.HeadYaw,position.LKneePitch"
+    np.savetxt(file, rows, delimiter=",", header=head, comments="", fmt="%.6f")
+    assert run(["identify", str(file), "--robot", "nao-v6", "--out", str(tmp_path / "x.toml")]) == 2
+    assert "commands" in capsys.readouterr().err
+    assert not (tmp_path / "x.toml").exists()
+
+
 def test_the_drives_of_a_recorded_robot_are_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     profile = tmp_path / "mine.toml"
     assert run(["identify", str(recording(tmp_path)), "--out", str(profile), "--json"]) == 0
