@@ -30,15 +30,17 @@ def key_frames(motion: Motion, measured: list[float]) -> Iterator[tuple[list[flo
     """Angles and stiffness of each cycle: straight lines, the first from where the joints are."""
     before = measured
     for number, frame in enumerate(targets(motion, load_body("nao-v6"))):
-        duration = frame.duration
+        duration, position = frame.duration, list(before)
+        for slot, angle in frame.position.items():  # joints that the motion leaves out stay
+            position[slot] = angle
         if number == 0:  # no faster than the motion allows
-            way = max(abs(b - a) for a, b in zip(before, frame.position, strict=True))
+            way = max(abs(b - a) for a, b in zip(before, position, strict=True))
             duration = max(duration, way / motion.approach_speed)
         cycles = max(1, round(duration / CYCLE))
         for cycle in range(1, cycles + 1):
             fraction = cycle / cycles
-            yield [a + fraction * (b - a) for a, b in zip(before, frame.position, strict=True)], frame.stiffness
-        before = list(frame.position)
+            yield [a + fraction * (b - a) for a, b in zip(before, position, strict=True)], frame.stiffness
+        before = position
     yield from [(before, frame.stiffness)] * round(REST / CYCLE)
 
 

@@ -11,9 +11,11 @@ from tests.loops import repeat_while, until
 
 TESTS = Path(__file__).parent
 TOOLS = {
-    *(TESTS / "chaos").glob("*.py"), TESTS / "fuzz" / "campaign.py", TESTS / "proxy.py", Path(__file__),
+    *(file for name in ("bench", "chaos", "measure") for file in (TESTS / name).glob("*.py")),
+    TESTS / "fuzz" / "campaign.py", TESTS / "proxy.py", TESTS / "emulator" / "abuse.py", Path(__file__),
 }  # fmt: skip
-"""No tests: chaos and campaign run for as long as they are told to, the proxy as long as its connections; this
+"""No tests: benchmarks, measurements,
+chaos and campaign run for as long as they are told to, the proxy as long as its connections; this
 file holds examples."""
 
 

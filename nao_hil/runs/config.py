@@ -7,7 +7,6 @@ from typing import Annotated, Any, Final, Literal
 
 import msgspec
 
-from bridge.body import load_body
 from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
@@ -100,7 +99,6 @@ def run_config(
         where = "options" if "gait" in given else str(file)
         raise ConfigurationError(f"{where}: {unknown_name('gait', config.gait, GAITS)}")
     config = _with_paths(config, Path())
-    load_body(config.robot)  # a bad data sheet is refused before a link is opened
     if config.steps == 1:
         raise ConfigurationError(
             "options: steps is 1; a walk has at least 2, one out and one to close the feet."

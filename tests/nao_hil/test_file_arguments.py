@@ -22,6 +22,7 @@ from bridge.recording.recorder import Recorder
 from nao_hil.cli.main import _application, run
 from tests.frames import standing_frame
 
+
 LONGEST: Final = 60
 """s of the wall clock, far over each reader's bound: only a command that hangs needs as long."""
 ONE_ROW: Final = "time,command.HeadYaw,position.HeadYaw\n0,0,0\n0.01,0,0\n0.02,0,0\n"
@@ -74,6 +75,7 @@ OTHERS: Final = frozenset(
         "--format",
         "--gait",
         "--head-id",
+        "--home",
         "--host",
         "--html",
         "--install-completion",
@@ -152,7 +154,9 @@ class Case(NamedTuple):
 def parameters() -> Iterator[tuple[str, Any]]:
     """Command and parameter, of the whole command line."""
     waiting: list[tuple[str, Any]] = [("", typer.main.get_command(_application([])))]
-    while waiting:
+    for _ in range(1000):
+        if not waiting:
+            return
         name, command = waiting.pop()
         waiting += [(f"{name} {each}".strip(), one) for each, one in getattr(command, "commands", {}).items()]
         if not getattr(command, "commands", {}):

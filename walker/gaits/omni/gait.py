@@ -22,7 +22,7 @@ from typing import Final, NamedTuple
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Side, Vec2, Vec3
-from walker.functions import LinearPendulum, smoothstep
+from walker.functions import LinearPendulum, quintic, smoothstep
 from walker.gaits.gait import GaitCommand
 from walker.gaits.omni.footholds import (
     bounded_capture_point,
@@ -399,12 +399,14 @@ class OmniGait:
         """The sole in the air: (s (1 - s))^2 in height."""
         p, a, b = self._p, state.liftoff_pose, state.target
         s, way = self._swung(state), self._way(state)
+        # A foot that still turns as it lands spins on the floor: the turn ends flatter than the way.
+        turned = way if state.backward else quintic(0.0, 1.0, 1.0, s).position
         lift = p.backward_capture_lift if state.backward else p.l_lift
         return SolePose(
             a.x + way * (b.x - a.x),
             a.y + way * (b.y - a.y),
             lift * (4.0 * s * (1.0 - s)) ** 2,
-            yaw=a.yaw + way * (b.yaw - a.yaw),
+            yaw=a.yaw + turned * (b.yaw - a.yaw),
         )
 
     def _plan(self, state: OmniState, command: GaitCommand) -> Plan:
