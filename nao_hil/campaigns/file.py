@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import math
 import statistics
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import msgspec
 
@@ -18,6 +19,9 @@ from nao_hil.campaigns.quantities import changed_all
 from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
+
+MAX_CELLS: Final = 100_000
+"""Combinations of the axes' values."""
 
 
 class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -45,6 +49,9 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
             ConfigurationError: an unknown quantity or an impossible value.
         """
         config = from_dict(self.base, "base", RunConfig)
+        count = math.prod(len(values) for values in self.axes.values())
+        if count > MAX_CELLS:
+            raise ConfigurationError(f"axes: {count} combinations; at most {MAX_CELLS} are walked.")
         found = []
         for values in itertools.product(*self.axes.values()):
             point = dict(zip(self.axes, values, strict=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import struct
 import time
 from collections.abc import Callable
@@ -11,16 +10,11 @@ from pathlib import Path
 import pytest
 import zstandard
 
-from bridge.body import load_body
 from bridge.config import MAX_TOML_SIZE, parse_toml, read_toml
 from bridge.errors import ConfigurationError
 from bridge.recording.playback import MAX_RECORD_SIZE, read_recording
 from emulator.scenarios import MAX_CSV, Scenario, load_scenario
-from emulator.wear import load_wear
-from nao_hil.identification.csv_file import read_csv
-from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
-from nao_hil.naoqi_programs.source import program_code
-from nao_hil.runs.config import run_config
+from nao_hil.campaigns.file import load_campaign
 from nao_hil.runs.folder import RunDirectory
 
 SECONDS = 2.0
@@ -81,43 +75,6 @@ def test_what_is_long_and_right_is_read_in_time() -> None:
     assert time.process_time() - began < SECONDS
 
 
-READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
-    "configuration": (".toml", run_config),
-    "body": (".toml", lambda path: load_body(str(path))),
-    "wear profile": (".toml", lambda path: load_wear(str(path), load_body("nao-v3"))),
-    "scenario": (".toml", lambda path: load_scenario(str(path))),
-    "table": (".csv", read_csv),
-    "recording": (".mcap", lambda path: list(read_recording(path))),
-    "program": (".py", program_code),
-    "behaviour": (".xar", read_behaviour),
-}
-"""Suffix and reader of each kind of file that a person can name."""
-
-
-@pytest.mark.parametrize("device", ["/dev/zero", "folder", "pipe"])
-@pytest.mark.parametrize("kind", READERS)
-def test_what_is_no_file_is_refused_in_one_sentence(kind: str, device: str, tmp_path: Path) -> None:
-    suffix, read = READERS[kind]
-    path = tmp_path / f"link{suffix}"
-    if device == "folder":
-        path.mkdir()
-    elif device == "pipe":
-        os.mkfifo(path)
-    else:
-        path.symlink_to(device)
-    said = refused(read, path)
-    assert "give" in said
-
-
-@pytest.mark.parametrize("kind", [kind for kind in READERS if kind != "recording"])
-def test_a_file_that_is_too_long_is_refused_before_it_is_read(kind: str, tmp_path: Path) -> None:
-    suffix, read = READERS[kind]
-    path = tmp_path / f"long{suffix}"
-    with path.open("wb") as file:
-        file.truncate(1 << 33)  # of nothing: it takes no place on the disk
-    assert "has more than" in refused(read, path)
-
-
 def test_a_file_of_heights_is_bounded_in_length_and_points(tmp_path: Path) -> None:
     scenario, heights = tmp_path / "hills.toml", tmp_path / "heights.csv"
     scenario.write_text('[heightfield]\nfile = "heights.csv"\n')
@@ -139,6 +96,14 @@ def test_a_run_keeps_its_heights_in_a_file_that_can_be_read_again(tmp_path: Path
     again = load_scenario(str(tmp_path / "scenario.toml"))
     assert again.heightfield is not None and scenario.heightfield is not None
     assert again.heightfield.heights == scenario.heightfield.heights
+
+
+def test_a_campaign_of_too_many_combinations_is_refused(tmp_path: Path) -> None:
+    axes = "\n".join(f'"parameters.p{i}" = {list(range(100))}' for i in range(6))
+    path = tmp_path / "campaign.toml"
+    path.write_text(f"[axes]\n{axes}\n")
+    with pytest.raises(ConfigurationError, match="combinations"):
+        load_campaign(path).cells()
 
 
 @pytest.mark.parametrize("honest", [True, False])

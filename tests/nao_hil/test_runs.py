@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from bridge.recording.recorder import Recorder
 from bridge.rotations import R_yaw
 from emulator.robot import EmulatedRobot
 from nao_hil.analysis.inspection import inspect
+from nao_hil.cli.main import run
 from nao_hil.runs import in_process
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig, run_config
@@ -233,6 +235,19 @@ def test_without_recovery_it_stays_where_it_is() -> None:
         run_config(None, robot="nao-v6", engine="mujoco", gait="dynamic", start="lie-back", steps=4, seed=21)
     )
     assert (summary.recoveries, summary.steps, summary.stands) == (0, 0, False)
+
+
+@pytest.mark.parametrize("start", [None, "sit"])
+def test_the_documented_nod_moves_the_head_alone(
+    start: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "floor.md").read_text()
+    (tmp_path / "nod.toml").write_text(page.partition("```toml\n")[2].partition("```")[0])
+    options = ["--robot", "nao-v6", "--engine", "mujoco", *(["--start", start] if start else [])]
+    code = run(["motion", str(tmp_path / "nod.toml"), *options, "--json"])
+    result = json.loads(capsys.readouterr().out)
+    assert result["began"] == result["ended"] == "upright"
+    assert result["stands"] is (start is None) and code == int(start is not None)
 
 
 @pytest.mark.parametrize(("robot", "motion"), [("nao-v3", "stand-up-v3"), ("nao-v6", "stand-up")])

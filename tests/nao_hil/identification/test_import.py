@@ -329,6 +329,22 @@ def test_commands_and_angles_may_be_in_rows_of_their_own(tmp_path: Path) -> None
     assert readings.commands["command"][:, KNEE].tolist() == [0.1, 0.2]
 
 
+@pytest.mark.parametrize("signal", ["command", "position"])
+def test_angles_in_degrees_are_asked_about_and_a_scale_mends_them(signal: str, tmp_path: Path) -> None:
+    other = "position" if signal == "command" else "command"
+    (tmp_path / "degrees.csv").write_text(
+        f"time,{signal}.LKneePitch,{other}.LKneePitch\n0.00,90,0.5\n0.01,45,0.6\n"
+    )
+    with pytest.raises(ConfigurationError, match=r"LKneePitch.*degrees"):
+        read_csv(tmp_path / "degrees.csv")
+    (tmp_path / "columns.toml").write_text(
+        f'[columns]\ntime = "time"\n"position.*" = "{other}.*"\n'
+        f'"command.*" = {{ column = "{signal}.*", scale = 0.017453292519943295 }}\n'
+    )
+    commands = read_csv(tmp_path / "degrees.csv", tmp_path / "columns.toml").commands["command"][:, KNEE]
+    assert commands == pytest.approx([math.pi / 2, math.pi / 4])
+
+
 # clocks
 
 
