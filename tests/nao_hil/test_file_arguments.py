@@ -22,7 +22,6 @@ from bridge.recording.recorder import Recorder
 from nao_hil.cli.main import _application, run
 from tests.frames import standing_frame
 
-
 LONGEST: Final = 60
 """s of the wall clock, far over each reader's bound: only a command that hangs needs as long."""
 ONE_ROW: Final = "time,command.HeadYaw,position.HeadYaw\n0,0,0\n0.01,0,0\n0.02,0,0\n"

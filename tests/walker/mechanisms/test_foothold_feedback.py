@@ -48,9 +48,7 @@ def test_a_robot_that_carries_out_its_plan_has_little_deviation(velocity):
     """Legs move the centre of mass by some millimetres in each step alike; the mean takes that out."""
     feedback = [f for plan, f in follow(velocity) if 24 <= plan.step < 38]
     assert np.abs([f.deviation for f in feedback]).max() < 0.012
-    assert (
-        abs(feedback[-1].foothold_bias) < 0.006
-    )  # a foot late by the latency is 4 mm behind
+    assert abs(feedback[-1].foothold_bias) < 0.006  # a foot late by the latency is 4 mm behind
 
 
 @pytest.mark.parametrize(("begin", "unlearnt"), [(120, 0.015), (620, 0.0)])
