@@ -329,7 +329,7 @@ class HeldRobot:
     """Follows what it is asked for, and goes away after some cycles."""
 
     def __init__(self, cycles: int, first: Callable[[], object]) -> None:
-        self.frame = SimpleNamespace(position=(0.1,) * len(JOINTS))
+        self.first_target = (0.1,) * len(JOINTS)
         self.asked: list[Any] = []
         self.cycles, self.first = cycles, first
 
