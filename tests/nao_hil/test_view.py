@@ -189,6 +189,13 @@ def test_a_silent_robot_is_not_said_to_walk(standing: list[Moment]) -> None:
     assert describe(None, None, None, None, 0.0)["words"] == "waits for the robot"
 
 
+def test_armed_is_unknown_until_the_robot_reports_it(standing: list[Moment]) -> None:
+    moment = Moment(standing[-1].sensors)
+    assert describe(moment, None, None, REPLY, 0.0)["armed"] is None
+    report = GuardStatus(seq=1, state="idle", armed=False, text="")
+    assert describe(moment, report, None, REPLY, 0.0)["armed"] is False
+
+
 class FakeCommands:
     """Takes commands and keeps them."""
 
@@ -409,7 +416,7 @@ class HeldRobot:
     """Follows what it is asked for, and goes away after some cycles."""
 
     def __init__(self, cycles: int, first: Callable[[], object]) -> None:
-        self.frame = SimpleNamespace(position=(0.1,) * len(JOINTS))
+        self.first_target = (0.1,) * len(JOINTS)
         self.asked: list[Any] = []
         self.cycles, self.first = cycles, first
 

@@ -92,7 +92,10 @@ class Live {
 
   update(message) {
     const run = this.player.runs[0], header = run?.header;
-    if (message.ended !== undefined) [this.ended, this.runEnded] = [message.ended, message.run];
+    if (message.ended !== undefined) {
+      [this.ended, this.runEnded] = [message.ended, message.run];
+      this.socket.close();
+    }
     if (message.answer) this.notify(message.answer, message.done);
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
