@@ -29,7 +29,7 @@ from nao_hil.files import DISK_FULL_ERRORS
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
 
-_PANELS: Final = {
+PANELS: Final = {
     "Start": ("demo", "up", "emulate", "walk", "drive", "view", "doctor"),
     "Robots and programs": ("serve", "bridge", "ros", "run-naoqi", "run-choregraphe", "motion", "world"),
     "Safety": ("stop", "arm", "keys"),
@@ -39,7 +39,7 @@ _PANELS: Final = {
     "Names and configuration": ("robots", "gaits", "scenarios", "config"),
 }
 """Heading of the help -> commands and groups under it."""
-_COMMANDS: Final = {
+COMMANDS: Final = {
     "demo": "up:demo",
     "up": "up:up",
     "emulate": "emulate:emulate",
@@ -74,7 +74,7 @@ _COMMANDS: Final = {
     "keys": "keys:keys",
 }
 """Command -> module of this package and function in it."""
-_GROUPS: Final = {
+GROUPS: Final = {
     "serve": (
         "Let a robot on the link pose as a NAO for programs written for one.",
         {"lola": "adapters:serve_lola", "naoqi": "adapters:serve_naoqi"},
@@ -161,13 +161,13 @@ def _application(arguments: list[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         callback=_options,
     )
-    panels = {name: panel for panel, names in _PANELS.items() for name in names}
+    panels = {name: panel for panel, names in PANELS.items() for name in names}
     names = [*panels]
     for name in arguments[:1] if arguments[:1] and arguments[0] in names else names:
-        if name in _COMMANDS:
-            _add(app, name, _COMMANDS[name], panels[name])
+        if name in COMMANDS:
+            _add(app, name, COMMANDS[name], panels[name])
             continue
-        text, commands = _GROUPS[name]
+        text, commands = GROUPS[name]
         group = typer.Typer(
             cls=_RunUnlessNamed if name == "export" else TyperGroup, help=text, no_args_is_help=True
         )

@@ -18,7 +18,7 @@ from nao_hil.cli import options
 from nao_hil.cli.added_options import takes_run
 from nao_hil.cli.console import Answer, chosen_engine, open_console, own_command
 from nao_hil.cli.progress import WalkProgress, conclude
-from nao_hil.cli.signals import stop_event
+from nao_hil.cli.signals import loading, stop_event
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo
 from nao_hil.runs.folder import RunDirectory, robot_scene
@@ -52,9 +52,10 @@ def up(
     that ends before is started again, at most three times in a minute.
     """
     # imported late: the walk needs SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import clipped_velocity
+    with loading():
+        from nao_hil.runs.build import clipped_velocity
 
-    settings = chosen_engine(settings, open_console())
+        settings = chosen_engine(settings, open_console())
     lies = settings.start.startswith("lie-")
     if recover is None:
         recover = serve or settings.recover or lies

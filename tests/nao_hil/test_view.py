@@ -21,8 +21,9 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import LinkError
-from bridge.messages import ActuatorFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, WalkTelemetry
 from bridge.messages.faults import Fault
+from bridge.messages.frames import ORDER
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import Pause, Press, Push, Resume, StartFault, Step
@@ -33,8 +34,8 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
 from emulator.scenarios.ground import PlacedBox, ScenarioFloor
 from emulator.scenarios.model import Scenario
-from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom
-from nao_hil.analysis.diagnosis.symptoms import MEANING
+from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom, explain
+from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
 from nao_hil.view.access import Access
 from nao_hil.view.follow import FAULTS, LiveRun
@@ -187,6 +188,23 @@ def test_a_silent_robot_is_not_said_to_walk(standing: list[Moment]) -> None:
     paused = msgspec.structs.replace(REPLY, paused=True)
     assert describe(moment, report, STATUS, paused, 4.2)["words"] == "paused"
     assert describe(None, None, None, None, 0.0)["words"] == "waits for the robot"
+
+
+def test_stops_arming_and_orders_are_events_also_of_a_robot_that_lies_and_no_sign_of_trouble(
+    standing: list[Moment],
+) -> None:
+    notices = tuple(
+        Notice(seq=1, level="info", code=code, text=f"{code}.")
+        for code in ("guard-stop", "guard-armed", ORDER, "guard-active", "clipped")
+    )
+    watch = Symptoms(observer := BalanceEstimator(BODY))
+    watch.update(observer.update(standing[-2]))
+    watch._lies = True
+    found = watch.update(observer.update(standing[-1]._replace(notices=notices)))
+    assert [(s.kind, s.text) for s in found] == [("order", c) for c in ("guard-stop", "guard-armed", ORDER)]
+    fall = Symptom(found[0].time + 1.0, "fall", "the robot fell")
+    diagnosis = explain([*found, fall])
+    assert diagnosis is not None and diagnosis.first is None and diagnosis.before is None
 
 
 def test_armed_is_unknown_until_the_robot_reports_it(standing: list[Moment]) -> None:

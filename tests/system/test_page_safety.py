@@ -40,7 +40,8 @@ GAMEPAD = """
 """
 NAMELESS = """
 () => [...document.querySelectorAll("button, input, select, a, [tabindex]")]
-  .filter((e) => !(e.getAttribute("aria-label") || e.title || e.textContent.trim() || e.closest("label")?.textContent.trim()))
+  .filter((e) => !(e.getAttribute("aria-label") || e.title || e.textContent.trim()))
+  .filter((e) => !e.closest("label")?.textContent.trim())
   .map((e) => e.outerHTML)
 """
 

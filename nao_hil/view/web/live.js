@@ -58,6 +58,7 @@ class Live {
   chip() {
     Object.assign($("state"), { textContent: this.runEnded ? "the run has ended" : LOST });
     $("state").classList.add("alarm");
+    $("live").setAttribute("aria-pressed", false);
   }
 
   // Why the server refuses this page; empty: it does not answer, or it does not refuse.
