@@ -95,6 +95,7 @@ class Browser:
                     self.seen = time.monotonic()
                     if self.seen - asked >= PING_INTERVAL:
                         pong, asked = self._connection.ping(), self.seen
+                        self._connection.send("{}")  # for the page's script, which sees no ping
                 with contextlib.suppress(queue.Empty):
                     if (message := self._queue.get(timeout=PING_INTERVAL)) is None:
                         return
@@ -203,16 +204,16 @@ class PageServer:
         try:
             for text in connection:
                 urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT_PREFIX)
-                self._workers[urgent].submit(self._answer, browser, text)
+                self._workers[urgent].submit(self._answer, browser, text, urgent)
         finally:
             with self._lock:
                 self._seen = max(self._seen, browser.seen)
                 self._browsers.discard(browser)
             browser.end()
 
-    def _answer(self, browser: Browser, text: str | bytes) -> None:
+    def _answer(self, browser: Browser, text: str | bytes, urgent: bool) -> None:
         sentence, done = self._order(text)
-        browser.put(json.dumps({"answer": sentence, "done": done}))
+        browser.put(json.dumps({"answer": sentence, "done": done, "urgent": urgent}))
 
     def _file(self, path: str) -> Answer:
         if path in ("/", "/index.html"):

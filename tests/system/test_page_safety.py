@@ -121,6 +121,23 @@ def test_a_lost_page_knows_nothing_of_the_robot_and_its_emergency_stop_says_that
     assert page.inner_text("#toast") == "The end of it."
 
 
+def test_a_connection_that_is_only_silent_counts_as_lost_and_an_unanswered_stop_is_reported(
+    served: Served, page: Page
+) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        page.wait_for_timeout(4000)
+        assert "no connection" not in page.inner_text("#state")  # a robot that sends nothing is none
+        page.evaluate("() => { player.live.socket.onmessage = () => {}; }")  # as with its cable out
+        page.keyboard.press("Escape")
+        until(lambda: "may not have gone out" in page.inner_text("#toast"), "the report", pause=0.05)
+        until(lambda: "the robot may still move" in page.inner_text("#state"), "the loss", pause=0.02)
+        until(lambda: "the robot may still move" not in page.inner_text("#state"), "the next connection")
+    finally:
+        server.close()
+
+
 def test_behind_a_proxy_that_changes_host_the_page_says_why_it_is_refused(served: Served, page: Page) -> None:
     server = served.open()
     try:

@@ -12,6 +12,8 @@ const PADS = {
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const DRIVE_KEYS = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
 const LOST = "no connection; the robot may still move";
+const SILENCE = 2500; // ms without a word of the server after which the connection counts as lost
+const STOP_TIME = 2500; // ms in which an emergency stop is answered
 const DEAD_ZONE = 0.15; // of a gamepad's stick
 const PAD_INTERVAL = 50; // ms between two looks at a gamepad
 
@@ -26,15 +28,28 @@ class Live {
   constructor(player) {
     this.player = player;
     this.connect();
+    let late = false; // at the last look too: a page that was busy has messages waiting
+    setInterval(() => {
+      const silent = this.socket.readyState === WebSocket.OPEN && performance.now() - this.heard > SILENCE;
+      if (silent && late) this.socket.onclose();
+      late = silent;
+    }, RETRY_INTERVAL);
   }
 
   connect() {
     this.socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/#.*/, ""));
     this.socket.binaryType = "arraybuffer";
     let chain = Promise.resolve(); // messages are taken one after the other: a packed run takes its time
-    this.socket.onmessage = ({ data }) => (chain = chain.then(() => this.take(data)));
+    this.heard = performance.now();
+    this.socket.onmessage = ({ data }) => {
+      this.heard = performance.now();
+      chain = chain.then(() => this.take(data));
+    };
     this.socket.onopen = () => this.connected(true);
-    this.socket.onclose = async () => {
+    const { socket } = this;
+    socket.onclose = async () => {
+      socket.onclose = socket.onmessage = null; // also a connection that is only silent
+      socket.close();
       this.connected(false);
       this.why = this.ended ?? (await this.refusal());
       if (this.why) this.notify(this.why, false, true);
@@ -97,6 +112,7 @@ class Live {
       [this.ended, this.runEnded] = [message.ended, message.run];
       this.socket.close();
     }
+    if (message.urgent) clearTimeout(this.unanswered);
     if (message.answer) this.notify(message.answer, message.done);
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
@@ -120,6 +136,8 @@ class Live {
 
   emergency() {
     this.order("stop", { how: "crouch" });
+    clearTimeout(this.unanswered);
+    if (!this.lost) this.unanswered = setTimeout(() => this.notify("No answer to the EMERGENCY STOP: it may not have gone out. Stop the robot at the robot, or by `nao-hil stop`.", false, true), STOP_TIME);
   }
 
   walk(command) {
