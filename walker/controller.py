@@ -189,6 +189,10 @@ class Controller:
             self._next = walk
             self._walking.stop()  # also a walk that waits behind an approach
 
+    def extend_hold(self, hold: float) -> None:
+        """Let the walk under way end this long from now, s, unless it is extended again."""
+        self._hold = hold
+
     def adjust(self, walk: WalkSetup) -> None:
         """Apply the parts of a walk that change in stride: controllers, and the velocity if the gait can.
 

@@ -14,7 +14,8 @@ from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkErro
 from bridge.guard import GuardSettings
 from bridge.histogram import DurationHistogram
 from bridge.link import ControllerLink, keys
-from bridge.messages import ActuatorFrame, Info, SensorFrame, decode
+from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, decode
+from bridge.messages.frames import ORDER
 from bridge.messages.guard import GuardStatus
 from bridge.realtime import quiet_process
 from bridge.types import Vec3
@@ -301,6 +302,8 @@ class WalkerProcess:
             self._check_delay(controller)
         if self._service is not None:
             self._service.after(controller, frame.seq)
+            for text in self._service.take_notes():
+                self._link.publish(Notice(seq=frame.seq, level="info", code=ORDER, text=text))
         telemetry = controller.telemetry
         if lockstep:
             # First, so that it is there when the robot acts on the answer.

@@ -104,6 +104,7 @@ class WalkService:
         self._orders_lock = threading.Lock()
         self._orders: list[_Order] = []
         self._due: list[_Order] = []
+        self._notes: list[str] = []
         self._robot: tuple[Body, float] | None = None
         self._snapshot: _Snapshot | None = None
         self._refusal = _NO_ROBOT
@@ -182,6 +183,22 @@ class WalkService:
         """Note that the robot is released."""
         self._released.set()
 
+    def take_notes(self) -> list[str]:
+        """Sentences on the orders since the last call that change what the walker does."""
+        with self._orders_lock:
+            notes, self._notes = self._notes, []
+        return notes
+
+    def _note(self, command: WalkCommand, state: str, text: str) -> None:
+        """Note an order for the timeline; a keepalive, or another velocity of a walk under way, is none."""
+        steers = command == WalkCommand(
+            op=command.op, velocity=command.velocity, hold=command.hold, at=command.at
+        )
+        quiet = {"walk": steers and state == "walk", "set": steers, "stop": state in ("stand", "fallen")}
+        if not quiet.get(command.op, command.op in ("status", "take")):
+            with self._orders_lock:
+                self._notes.append(text)
+
     def answer(self, payload: bytes) -> bytes:
         """A `bridge.messages.walk.WalkCommand` to a `WalkStatus`, both as msgpack; any thread.
 
@@ -192,7 +209,10 @@ class WalkService:
         command: WalkCommand = decode_command(payload, WalkCommand, "Walk command")
         with self._answer_lock:
             try:
-                return encode(self._execute(command))
+                state = self._snapshot.status.state if self._snapshot is not None else ""
+                status = self._execute(command)
+                self._note(command, state, status.text)
+                return encode(status)
             except ConfigurationError as error:
                 raise WalkRefused(_sentence(str(error))) from None
 
@@ -269,8 +289,12 @@ class WalkService:
 
     def _set(self, request: WalkRequest, command: WalkCommand) -> WalkStatus:
         assert self._snapshot is not None
-        if any(each is not None for each in (command.steps, command.distance, command.target, command.hold)):
-            raise WalkRefused("`set` begins no walk: steps, distance, target and hold belong to `walk`.")
+        if any(each is not None for each in (command.steps, command.distance, command.target)):
+            raise WalkRefused("`set` begins no walk: steps, distance and target belong to `walk`.")
+        if (hold := command.hold) is not None:
+            self._hand_over(command.at, lambda controller: controller.extend_hold(hold))
+            if msgspec.structs.replace(command, at=None) == WalkCommand(op="set", hold=hold):
+                return self._reply("")
         if self._bounded_by and command.velocity and self._snapshot.status.state == "walk":
             raise WalkRefused(
                 f"A walk with a {self._bounded_by} is under way, its steps made to fit; stop it to change its "

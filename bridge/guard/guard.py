@@ -293,7 +293,8 @@ class Guard:
             by = f" by {who}" if who else ""
             self._log.armed = request == "arm"
             if request == "arm":
-                self._log.enter(frame.seq, self.state, self.status.reason, f"The robot was armed{by}.")
+                event = f"The robot was armed{by}."
+                self._log.enter(frame.seq, self.state, self.status.reason, event, "guard-armed")
             else:
                 self._revoke = True
                 self._log.add_notice(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")

@@ -129,7 +129,7 @@ class StatusLog:
         self.status = self._status(0, "idle", "", "")
         """Answer to the query `guard`."""
 
-    def enter(self, seq: int, state: State, reason: Reason, event: str = "") -> None:
+    def enter(self, seq: int, state: State, reason: Reason, event: str = "", code: str = "") -> None:
         """Change the state.
 
         Args:
@@ -137,9 +137,10 @@ class StatusLog:
             state: the new one.
             reason: for which the guard controls the joints; empty: it does not.
             event: first sentence of the text.
+            code: of the notice; empty: `guard-` and the state.
         """
         self.status = self._status(seq, state, reason, event)
-        self.add_notice(seq, f"guard-{state}", self.status.text, "info" if reason == "" else "warning")
+        self.add_notice(seq, code or f"guard-{state}", self.status.text, "info" if reason == "" else "warning")
 
     def add_notice(self, seq: int, code: str, text: str, level: str = "warning") -> None:
         """Add a notice; the arguments are its fields."""

@@ -173,6 +173,26 @@ def is_loopback(name: str) -> bool:
         return False
 
 
+def split_open(address: str, host: Callable[[str], str]) -> str:
+    """The address of an adapter's server without its word `#open`.
+
+    Args:
+        address: as a user writes it.
+        host: host of an address without the word; empty: none, it is on this machine.
+
+    Raises:
+        ConfigurationError: everyone on a network reaches it, and the word is missing.
+    """
+    plain = address.removesuffix(OPEN_MARK)
+    name = host(plain)
+    if name and not is_loopback(name) and plain == address:
+        raise ConfigurationError(
+            f"At {plain} everyone on the network could move the robot; listen on 127.0.0.1, or write "
+            f"{plain}{OPEN_MARK} to let everyone."
+        )
+    return plain
+
+
 def _require_guarded(listen: str) -> None:
     """Refuse an address that everyone on a network reaches, unless it is encrypted or ends with `#open`."""
     locator, _ = split_endpoint(listen)

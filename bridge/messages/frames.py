@@ -180,6 +180,10 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     """The published posture Crouch inside these ranges, 25 positions, rad."""
 
 
+ORDER: Final = "order"
+"""Code of a walker's notice of an order that changes what it does."""
+
+
 class Notice(msgspec.Struct, frozen=True, kw_only=True):
     """One sentence of the robot side about a refusal, a change or an event (key `notices`)."""
 
@@ -193,5 +197,5 @@ class Notice(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def routine(self) -> bool:
-        """The guard follows a new controller, or holds after a release."""
-        return self.code == "guard-active" or (self.code == "guard-hold" and self.level == "info")
+        """The guard follows a new controller or holds after a release; the walker has an order."""
+        return self.code in ("guard-active", ORDER) or (self.code == "guard-hold" and self.level == "info")

@@ -47,8 +47,8 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     admittance: bool | None = None
     """Leg and ankle admittance, as `torso`."""
     hold: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] | None = None
-    """Robot time without another `walk` after which the walk stops, s; left out: none. For manual control,
-    whose link may fail."""
+    """Robot time after which the walk stops unless `walk` or `set` gives it again, s; left out: none. For
+    manual control, whose link may fail: `set` with `hold` alone keeps a walk going, and begins none."""
     motion: Annotated[str, msgspec.Meta(max_length=64)] | None = None
     """`get-up`, or the name of a motion of the package; `sit-down` is the body's own."""
     at: Count | None = None

@@ -20,6 +20,7 @@ from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.link.session import split_open
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from bridge.types import Vec3
 from bridge.validation import unknown_name
@@ -54,10 +55,12 @@ def serve_lola(
 ) -> Answer:
     """Let any robot on the link pose as a V6: programs written for LoLA connect to the socket.
 
+    Beyond loopback the address ends with `#open`: everyone on the network can then move the robot.
+
     Example: nao-hil serve lola --socket /tmp/robocup
     """
     identity = Identity(body_id=body_id, head_id=head_id).check()
-    address = parse_address(socket)
+    address = parse_address(split_open(socket, lambda plain: parse_address(plain).host))
     log_to_stderr()
     stop = stop_event()
     priority = CONTROLLER_PRIORITY if realtime_priority else None
@@ -155,6 +158,8 @@ def serve_naoqi(
 ) -> Answer:
     """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
 
+    Beyond loopback the address ends with `#open`: everyone on the network can then move the robot.
+
     Example: nao-hil serve naoqi --listen tcp://127.0.0.1:9559
     """
     # Imported late: all commands would wait for them, scipy among them.
@@ -164,6 +169,7 @@ def serve_naoqi(
 
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
+    url = split_open(url, lambda plain: check_url(plain)[0])
 
     require_qi()
     log_to_stderr()

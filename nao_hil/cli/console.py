@@ -17,9 +17,36 @@ import msgspec
 from rich.console import Console
 from rich.logging import RichHandler
 from rich.table import Table
+from rich.text import Text
 
 from bridge.errors import NaoHilError
 from nao_hil.runs.config import RunConfig
+
+_CONTROL: Final = {
+    code: f"\\x{code:02x}" for code in (*range(0x20), *range(0x7F, 0xA0)) if chr(code) not in "\n\t"
+}
+"""Control characters -> their escapes."""
+
+
+def printable(text: str) -> str:
+    """Text for a terminal: its control characters, which could move the cursor or set the title, as escapes.
+
+    Names, notices and log texts come from other programs on the link.
+    """
+    return text.translate(_CONTROL)
+
+
+class _Console(Console):
+    """A console that prints no control characters of a text."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(printable(text), **options)
+
+
+class _Formatter(logging.Formatter):
+    def format(self, record: logging.LogRecord) -> str:
+        return printable(super().format(record))
+
 
 _listeners: list[QueueListener] = []
 WIDE: Final = 1000
@@ -35,10 +62,10 @@ def log_to_stderr() -> None:
     handler: logging.Handler
     if sys.stderr is not None and sys.stderr.isatty():
         handler = RichHandler(console=Console(stderr=True), show_path=False)
-        handler.setFormatter(logging.Formatter("%(message)s"))
+        handler.setFormatter(_Formatter("%(message)s"))
     else:
         handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        handler.setFormatter(_Formatter("%(asctime)s %(levelname)s %(message)s"))
     messages: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
     logging.basicConfig(level=logging.INFO, format="%(message)s", handlers=[QueueHandler(messages)])
     _listeners.append(QueueListener(messages, handler))
@@ -59,7 +86,7 @@ def open_console(*, stderr: bool = True) -> Console:
     stream = sys.stderr if stderr else sys.stdout
     terminal = stream is not None and stream.isatty()
     width = None if terminal or os.environ.get("COLUMNS") else WIDE
-    return Console(stderr=stderr, width=width, emoji=False, markup=False)
+    return _Console(stderr=stderr, width=width, emoji=False, markup=False)
 
 
 def own_command() -> str:
@@ -113,7 +140,7 @@ class Answer(NamedTuple):
         elif isinstance(self.show, Table):
             open_console(stderr=False).print(self.show)
         elif self.show:
-            print(self.show, flush=True)
+            print(printable(self.show), flush=True)
         if self.error is not None:
             raise self.error
         return self.code

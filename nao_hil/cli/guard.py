@@ -12,7 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.client import GuardClient
 from bridge.messages.guard import GuardStatus
 from nao_hil.cli import options
-from nao_hil.cli.console import Answer
+from nao_hil.cli.console import Answer, open_console
 
 _WHO = "nao-hil on the command line"
 
@@ -58,11 +58,15 @@ def _confirm(guard: GuardClient, name: str) -> None:
         raise ConfigurationError("`nao-hil arm` asks before it arms; without a terminal, say --yes.")
     info, status, holder = guard.info(), guard.status(), guard.holder()
     who = f"controller `{holder}` holds it and may move it at once" if holder else "no controller holds it yet"
-    typer.echo(f"Robot `{name}` ({info.body}, {info.side}): {status.text} When armed: {who}.", err=True)
+    open_console().print(
+        f"Robot `{name}` ({info.body}, {info.side}): {status.text} When armed: {who}.",
+        highlight=False,
+        soft_wrap=True,
+    )
     if not typer.confirm("Stand clear, or hold it. Arm?", err=True):
         raise ConfigurationError("not armed.")
 
 
 def _show(status: GuardStatus) -> Answer:
-    typer.echo(status.text, err=True)
+    open_console().print(status.text, highlight=False, soft_wrap=True)
     return Answer(status)

@@ -22,14 +22,24 @@ from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli.added_options import with_shared_options
-from nao_hil.cli.console import end_log
+from nao_hil.cli.console import end_log, printable
 from nao_hil.cli.signals import loading
 from nao_hil.files import DISK_FULL_ERRORS
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
 
-_COMMANDS: Final = {
+PANELS: Final = {
+    "Start": ("demo", "up", "emulate", "walk", "drive", "view", "doctor"),
+    "Robots and programs": ("serve", "bridge", "ros", "run-naoqi", "run-choregraphe", "motion", "world"),
+    "Safety": ("stop", "arm", "keys"),
+    "Recordings": ("record", "replay", "info", "plot", "diff", "export"),
+    "Experiments": ("experiment", "experiments", "campaign", "map", "results", "tune"),
+    "Models": ("compare", "excite", "identify", "plan", "design"),
+    "Names and configuration": ("robots", "gaits", "scenarios", "config"),
+}
+"""Heading of the help -> commands and groups under it."""
+COMMANDS: Final = {
     "demo": "up:demo",
     "up": "up:up",
     "emulate": "emulate:emulate",
@@ -63,8 +73,8 @@ _COMMANDS: Final = {
     "arm": "guard:arm",
     "keys": "keys:keys",
 }
-"""Command -> module of this package and function in it, in the order of the help."""
-_GROUPS: Final = {
+"""Command -> module of this package and function in it."""
+GROUPS: Final = {
     "serve": (
         "Let a robot on the link pose as a NAO for programs written for one.",
         {"lola": "adapters:serve_lola", "naoqi": "adapters:serve_naoqi"},
@@ -151,30 +161,37 @@ def _application(arguments: list[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         callback=_options,
     )
-    names = [*_COMMANDS, *_GROUPS]
+    panels = {name: panel for panel, names in PANELS.items() for name in names}
+    names = [*panels]
     for name in arguments[:1] if arguments[:1] and arguments[0] in names else names:
-        if name in _COMMANDS:
-            _add(app, name, _COMMANDS[name])
+        if name in COMMANDS:
+            _add(app, name, COMMANDS[name], panels[name])
             continue
-        text, commands = _GROUPS[name]
+        text, commands = GROUPS[name]
         group = typer.Typer(
             cls=_RunUnlessNamed if name == "export" else TyperGroup, help=text, no_args_is_help=True
         )
         for command, place in commands.items():
             _add(group, command, place)
-        app.add_typer(group, name=name)
+        app.add_typer(group, name=name, rich_help_panel=panels[name])
     return app
 
 
-def _add(app: typer.Typer, name: str, place: str) -> None:
+def _add(app: typer.Typer, name: str, place: str, panel: str | None = None) -> None:
     module, _, function = place.partition(":")
     run = with_shared_options(getattr(import_module(f"nao_hil.cli.{module}"), function))
-    app.command(name, context_settings={"allow_interspersed_args": name != "run-naoqi"})(run)
+    settings = {"allow_interspersed_args": name != "run-naoqi"}
+    app.command(name, context_settings=settings, rich_help_panel=panel)(run)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Entry point: every error a user can cause is one sentence on stderr and an exit code."""
-    code = run(arguments)
+def main(arguments: list[str] | None = None, interrupt: Any = None) -> None:
+    """Entry point: every error a user can cause is one sentence on stderr and an exit code.
+
+    Args:
+        arguments: None: those of the process.
+        interrupt: Handler of SIGINT once the command is loaded; None: the present one.
+    """
+    code = run(arguments, interrupt)
     end_log()
     for stream in (sys.stdout, sys.stderr):
         if stream is None:  # closed by whoever started this
@@ -189,11 +206,11 @@ def main(arguments: list[str] | None = None) -> None:
     os._exit(code)
 
 
-def run(arguments: list[str] | None = None) -> int:
+def run(arguments: list[str] | None = None, interrupt: Any = None) -> int:
     """As `main`, but the exit code is returned."""
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        with loading():
+        with loading(interrupt):
             application = _application(arguments)
         result: Any = application(args=arguments, standalone_mode=False)
     except _ClickException as error:
@@ -242,4 +259,4 @@ def _fault(error: Exception) -> int:
 def _print_error(sentence: str) -> None:
     end_log()
     with contextlib.suppress(OSError):
-        print(f"error: {sentence}", file=sys.stderr)
+        print(f"error: {printable(sentence)}", file=sys.stderr)

@@ -6,12 +6,20 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rich.console import Console
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 import emulator
@@ -123,6 +131,8 @@ class CampaignProgress:
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
             TextColumn("{task.fields[note]}"),
             console=console,
             transient=True,
@@ -130,12 +140,12 @@ class CampaignProgress:
         )
         self._task = self._bar.add_task("", total=0, note="")
         self._expected = self._done = 0
-        self._title = ""
+        self._title, self._began = "", time.monotonic()
         self._next_line = time.monotonic() + CAMPAIGN_LINE_INTERVAL
 
     def begin(self, title: str) -> None:
         """An experiment begins."""
-        self._title, self._expected, self._done = title, 0, 0
+        self._title, self._expected, self._done, self._began = title, 0, 0, time.monotonic()
         self._bar.reset(self._task, total=0, description=title, note="")
 
     def expect(self, runs: int) -> None:
@@ -151,8 +161,14 @@ class CampaignProgress:
         if not self._console.is_terminal and time.monotonic() > self._next_line:
             self._next_line = time.monotonic() + CAMPAIGN_LINE_INTERVAL
             self._console.print(
-                f"{self._title}: {self._done} of {self._expected} runs; last {words}", highlight=False
+                f"{self._title}: {self._done} of {self._expected} runs, {self._left()} left; last {words}",
+                highlight=False,
             )
+
+    def _left(self) -> str:
+        """Time that the runs left take at the pace so far, as H:MM:SS."""
+        pace = (time.monotonic() - self._began) / self._done
+        return str(timedelta(seconds=round(pace * (self._expected - self._done))))
 
     def say(self, text: str) -> None:
         """A sentence for the person who waits."""

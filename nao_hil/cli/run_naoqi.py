@@ -29,7 +29,7 @@ from bridge.errors import ConfigurationError, LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint
 from nao_hil.cli import options
-from nao_hil.cli.console import Answer, open_console
+from nao_hil.cli.console import Answer, open_console, printable
 from nao_hil.cli.signals import on_signals
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.runner import ADDRESS, command
@@ -76,7 +76,7 @@ def run_naoqi(
     given = {argument.partition("=")[0] for argument in arguments}
     for option in filter(given.__contains__, OWN_OPTIONS):
         text = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
-        print(f"warning: {text}", file=sys.stderr, flush=True)
+        print(f"warning: {printable(text)}", file=sys.stderr, flush=True)
     code, started = run_program(program, compiled, arguments, robot, url, connect)
     return Answer({"exit_code": code, "started": started}, code=code)
 
@@ -177,7 +177,7 @@ def _print_reports(log: str, printed: int) -> int:
     """
     reports = [found[0] for line in log.split("\n")[:-1] if (found := _REPORTED.search(line))]
     for line in reports[printed:]:
-        print(line, file=sys.stderr, flush=True)
+        print(printable(line), file=sys.stderr, flush=True)
     return len(reports)
 
 
@@ -230,7 +230,7 @@ def run_choregraphe(
         )
         could_not = json.loads(report.read_text()) if report.is_file() else []
     for sentence in could_not:
-        print(f"not done: {sentence}", file=sys.stderr)
+        print(f"not done: {printable(sentence)}", file=sys.stderr)
     code = code or int(bool(could_not))
     return Answer({"exit_code": code, "could_not": could_not, "started": started}, code=code)
 

@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from nao_hil.runs.supervisor import SUPERVISED
 
@@ -54,14 +55,17 @@ def _interrupt_at_end_of_stdin() -> None:
 
 
 @contextmanager
-def loading() -> Iterator[None]:
+def loading(after: Any = None) -> Iterator[None]:
     """While this lasts, a Ctrl-C ends the process at once, with the exit code of an interruption.
 
     A `KeyboardInterrupt` can get lost in an import: Python ignores it in a destructor or in a weak reference's
     callback, and the process continues.
+
+    Args:
+        after: Handler from then on; None: the present one.
     """
     before = signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, before if after is None else after)

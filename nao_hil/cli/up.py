@@ -18,7 +18,7 @@ from nao_hil.cli import options
 from nao_hil.cli.added_options import takes_run
 from nao_hil.cli.console import Answer, chosen_engine, open_console, own_command
 from nao_hil.cli.progress import WalkProgress, conclude
-from nao_hil.cli.signals import stop_event
+from nao_hil.cli.signals import loading, stop_event
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo
 from nao_hil.runs.folder import RunDirectory, robot_scene
@@ -52,9 +52,10 @@ def up(
     that ends before is started again, at most three times in a minute.
     """
     # imported late: the walk needs SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import clipped_velocity
+    with loading():
+        from nao_hil.runs.build import clipped_velocity
 
-    settings = chosen_engine(settings, open_console())
+        settings = chosen_engine(settings, open_console())
     lies = settings.start.startswith("lie-")
     if recover is None:
         recover = serve or settings.recover or lies
@@ -127,10 +128,10 @@ def both_sides(
     """
     stop, console = stop_event(), open_console()
     page = LivePage(name, listen, port, directory.path) if port is not None else None
-    run = 1
+    run, first = 1, directory.path
     while True:
         sides = Sides(settings, directory, name, listen, serve=serve)
-        again: RunConfig | None = None
+        again: tuple[RunConfig, RunDirectory] | None = None
         try:
             with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
                 while not stop.is_set() and sides.running and not (demo and demo.done) and again is None:
@@ -140,7 +141,8 @@ def both_sides(
                         console.print(sentence, highlight=False)
                     if page is not None:
                         page.report(console)
-                        again = _asked(page, settings)
+                        folder = directory.path.parent / f"{first.name}-{run + 1}"
+                        again = _asked(page, settings, folder)
                     if demo is not None:
                         demo.advance(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")
         finally:
@@ -154,8 +156,7 @@ def both_sides(
             answer = _conclude(settings, directory, robot_result, walker, stop.is_set())
             break
         run += 1
-        folder = directory.path.parent / f"{directory.path.name}-{run}"
-        settings, directory = again, new_folder(again, folder, overwrite=True)
+        settings, directory = again
     if page is not None and answer.code != 130 and robot_result.result is not None:
         _print_next(console, directory.last_recording(robot_result.result["resets"]), serve)
     return answer._replace(code=0) if serve and answer.code == 130 else answer  # serving has no other end
@@ -170,20 +171,19 @@ def _print_next(console: Console, recording: Path, serve: bool) -> None:
         console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
 
 
-def _asked(page: LivePage, settings: RunConfig) -> RunConfig | None:
-    """The settings of another run that the page asks for; None: it asks for none that can be had."""
-    from nao_hil.runs.build import check_run  # imported late: as in `up`
-
+def _asked(page: LivePage, settings: RunConfig, folder: Path) -> tuple[RunConfig, RunDirectory] | None:
+    """Settings and folder of another run that the page asks for; None: it asks for none that can be had."""
     changes = page.restart()
     if changes is None:
         return None
     try:
         again = from_dict(msgspec.to_builtins(settings) | changes, "the page", RunConfig)
-        check_run(again)
+        if again.mode == "in-process":
+            raise ConfigurationError("mode in-process has no link")
+        return again, new_folder(again, folder, overwrite=True)
     except NaoHilError as error:
         open_console().print(f"the page's run cannot begin: {error}", highlight=False)
         return None
-    return again
 
 
 def _in_process(settings: RunConfig, directory: RunDirectory) -> Answer:

@@ -13,10 +13,13 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import recording_of
+from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import open_door
 from nao_hil.view.child import DEFAULT_HOST, DEFAULT_PORT, READY
 from nao_hil.view.page import page, recorded_page
 
+RUN_ENDS = "`nao-hil up` has ended the run. Look at it again: nao-hil view --replay RUN."
+PAGE_ENDS = "The page's server was ended; the robot may still move."
 NICENESS = 10
 """The page gives way to the real-time loops of robot and walker."""
 
@@ -73,5 +76,6 @@ def view(
         from nao_hil.view.follow import Follower  # imported late: the page is served meanwhile
 
         Follower(server, name, connect, stop, run).run()
-    server.close()
+    supervised = SUPERVISED in os.environ and not replay
+    server.close(RUN_ENDS if supervised else PAGE_ENDS, run=supervised)
     return 0

@@ -161,11 +161,6 @@ class Driver:
             return WalkCommand(op="set", **changes)
         return WalkCommand(op="stop")
 
-    def keepalive(self, target: DriveTarget) -> WalkCommand | None:
-        """A keepalive of the driver; None at rest, where none is needed."""
-        velocity = self.velocity(target)
-        return WalkCommand(op="walk", velocity=velocity, hold=HOLD) if any(velocity) else None
-
 
 def _next(names: Sequence[str], name: str) -> str:
     return names[(names.index(name) + 1) % len(names)] if name in names else names[0]

@@ -5,14 +5,18 @@ from __future__ import annotations
 import time
 from typing import Final, Protocol
 
+import msgspec
+
 from bridge.errors import LinkError, WalkRefused
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.types import Vec3
-from nao_hil.drive.driver import Driver, DriveTarget
+from nao_hil.drive.driver import HOLD, Driver, DriveTarget
 from walker.gaits import GAITS, gait_parameters
 
 KEEPALIVE_INTERVAL: Final = 1.0
 """s between two signs of life of the driver."""
+RESTING: Final = ("stand", "fallen", "motion", "rest")
+"""States of a walker without a walk."""
 
 
 class Walker(Protocol):
@@ -23,9 +27,6 @@ class Walker(Protocol):
 
     def status(self) -> WalkStatus:
         """State of the walker."""
-
-    def stop(self) -> WalkStatus:
-        """Let it close its feet."""
 
 
 class Session:
@@ -50,6 +51,10 @@ class Session:
         self.reply = ""
         """Reply of the walker to the last command."""
         self._last_sent = time.monotonic()
+        self.walks = False
+        """Whether this driver's walk may be under way."""
+        self._rests = False
+        """Whether it was over at the last keepalive."""
 
     def take(self, keys: list[str], stick: float | None = None) -> None:
         """Carry out the input, send a keepalive if one is due, and read the robot's state.
@@ -69,12 +74,42 @@ class Session:
             self._turn(self.driver.press(self.target, key), key)
         if stick is not None:
             self._turn(self.driver.stick(self.target, stick))
-        again = self.driver.keepalive(self.target)
-        if again is not None and time.monotonic() - self._last_sent > KEEPALIVE_INTERVAL:
-            if not self._send(again):  # after a fall, for one: a new order is needed
-                self.target = self.driver.press(self.target, "x")
+        if self.walks and time.monotonic() - self._last_sent > KEEPALIVE_INTERVAL:
+            self._keep_alive()
         else:
             self.status = self._walker.status()
+
+    def _keep_alive(self) -> None:
+        """Extend the walk; one that has ended, by its bounds, a fall or another's order, is not begun again.
+
+        Between two gaits the robot stands for a moment; so the walk is over at the second look.
+        """
+        self._last_sent = time.monotonic()
+        try:
+            self.status = self._walker.send(WalkCommand(op="set", hold=HOLD))
+            rests = self.status.state in RESTING
+        except WalkRefused:  # the walker has lost its robot
+            rests = True
+        if rests and self._rests:
+            self.target, self.walks = self.driver.at_rest(self.status), False
+        self._rests = rests
+
+    def order(self, command: WalkCommand) -> str:
+        """Carry out a command of another form; a walk is kept alive, whatever its bounds.
+
+        Returns:
+            The walker's sentence.
+
+        Raises:
+            LinkError: the walker does not answer.
+            WalkRefused: the walker's own sentence.
+        """
+        if command.op == "walk":
+            command = msgspec.structs.replace(command, hold=HOLD)
+        self.status = self._walker.send(command)
+        self.target = self.driver.at_rest(self.status)
+        self._note(command)
+        return self.status.text
 
     def steer(self, velocity: Vec3) -> None:
         """Walk at a velocity, m/s, m/s, rad/s; zeros stop. Raises as `take`."""
@@ -94,12 +129,18 @@ class Session:
             self.refused += 1
             self.reply = str(refusal)
             return False
+        self._note(command)
         self.reply = self.status.text
         return True
+
+    def _note(self, command: WalkCommand) -> None:
+        if command.op != "set":
+            self.walks, self._rests = command.op == "walk", False
+            self._last_sent = time.monotonic()
 
     def end(self) -> None:
         """Leave the robot standing."""
         try:
-            self.status = self._walker.stop()
+            self.status = self._walker.send(WalkCommand(op="stop"))
         except (LinkError, WalkRefused):
             self.reply = "The walker does not answer any more."

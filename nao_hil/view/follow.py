@@ -177,7 +177,7 @@ class Follower:
     ) -> None:
         self._server, self._robot, self._endpoint, self._folder = server, robot, connect, folder
         self._subscriber, self._commands = Subscriber(robot, connect), Commands(robot, connect)
-        self._driving = Driving(self._commands.walker, lambda: server.watched)
+        self._driving = Driving(self._commands.walker, lambda: server.absence)
         self._stop = stop
         self._run: LiveRun | None = None
         self._orders: Orders | None = None
@@ -264,6 +264,9 @@ class Follower:
         """A robot that is new, or began again."""
         emulated = info.side == "emulator"
         self._world = None
+        if self._guard is None:  # it reports changes only
+            with contextlib.suppress(NaoHilError):
+                self._guard = self._commands.guard()
         if self._walker_ended is not None:
             self._walker_ended = msgspec.structs.replace(self._walker_ended, seq=0)  # frames count from 0 again
         if emulated:
@@ -274,7 +277,8 @@ class Follower:
             body = body_of(info.body, info.sheet)
             self._hand = Hand(body, self._robot, self._endpoint, self._notify) if emulated else None
             supervised = SUPERVISED in os.environ and self._folder is not None
-            self._orders = Orders(self._commands, self._driving, self._hand, body, supervised)
+            config = (lambda: self._runs()[-1] / "config.toml") if supervised else None
+            self._orders = Orders(self._commands, self._driving, self._hand, body, config)
         self._server.feed(self._packed, self._orders.carry_out, self._file)
         if self._watcher is None:
             self._watcher = threading.Thread(target=self._watch, name="watch", daemon=True)
@@ -305,6 +309,8 @@ class Follower:
         """Ask walker and world, apart from the drawing."""
         while not self._stop.wait(WATCH_INTERVAL):
             self._driving.keep_alive()
+            if self._orders is not None:
+                self._orders.keep_alive(self._server.absence)
             run = self._run
             if run is None:
                 continue
@@ -324,17 +330,20 @@ class Follower:
             if before is None or (before.objects, before.floor) != (world.objects, world.floor):
                 self._server.publish({"world": world_json(world)})
 
+    def _runs(self) -> list[Path]:
+        """Folders of the session's runs, in their order."""
+        assert self._folder is not None
+        restart = re.compile(rf"{re.escape(self._folder.name)}-(\d+)")
+        found = (restart.fullmatch(path.name) for path in self._folder.parent.iterdir())
+        later = sorted(int(each[1]) for each in found if each)
+        return [self._folder, *(self._folder.with_name(f"{self._folder.name}-{number}") for number in later)]
+
     def _file(self, path: str) -> Answer | None:
         """Recordings of the session: their names as JSON, each as MCAP, and each as a page."""
-        folder = self._folder
-        if folder is None:
+        if self._folder is None:
             return None
-        restart = re.compile(rf"{re.escape(folder.name)}-\d+")
-        later = (path for path in folder.parent.iterdir() if restart.fullmatch(path.name))
         files = {
-            f"{run.name}/{file.stem}": file
-            for run in (folder, *sorted(later))
-            for file in sorted(run.glob("frames*.mcap"))
+            f"{run.name}/{file.stem}": file for run in self._runs() for file in sorted(run.glob("frames*.mcap"))
         }
         if path == "/recordings":
             sizes = json.dumps({name: file.stat().st_size for name, file in files.items()}).encode()

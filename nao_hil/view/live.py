@@ -14,7 +14,6 @@ from bridge.link.mailbox import Mailbox
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.guard import GuardStatus
 from bridge.messages.topics import TOPICS, Message
-from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldReply
 from nao_hil.runs.monitor import Subscription
@@ -109,15 +108,6 @@ class Commands:
             LinkError: no answer.
         """
         return self._client("world", lambda: WorldClient(self._robot, self._endpoint)).send(command)
-
-    def walk(self, command: WalkCommand) -> WalkStatus:
-        """Carry out a walk command.
-
-        Raises:
-            WalkRefused: the walker's own sentence.
-            LinkError: no walker takes commands.
-        """
-        return self.walker().send(command)
 
     def walker(self) -> WalkClient:
         """The client of the walker. Raises RobotSilent without an answer."""

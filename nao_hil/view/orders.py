@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import msgspec
@@ -13,14 +15,17 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, JOINTS
-from bridge.errors import FrameError, NaoHilError
+from bridge.errors import FrameError, NaoHilError, WalkRefused
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Pause, Reset, Resume, Step, WorldCommand
 from bridge.types import Finite, Vec3
 from nao_hil.connection import connect
 from nao_hil.drive.session import Session, Walker
+from nao_hil.runs.config import run_config
 from nao_hil.view.live import Commands
 
+ABSENCE_TIMEOUT: Final = 2.5
+"""s without a viewer after which the robot that the page drives is stopped."""
 JOINT_RATE: Final = 1.0
 """Speed of a joint towards its slider's angle, rad/s."""
 CONNECT_TIMEOUT: Final = 3.0
@@ -36,11 +41,12 @@ class Driving:
 
     Args:
         walker: Gives the walker to drive; raises LinkError without one.
-        present: Whether a browser shows the page: without one the robot stops by itself.
+        absence: Time since a browser last showed the page, s: after `ABSENCE_TIMEOUT` the robot is stopped; if
+            this process dies, its walk ends by itself (`nao_hil.drive.driver.HOLD`).
     """
 
-    def __init__(self, walker: Callable[[], Walker], present: Callable[[], bool]) -> None:
-        self._walker, self._present = walker, present
+    def __init__(self, walker: Callable[[], Walker], absence: Callable[[], float]) -> None:
+        self._walker, self._absence = walker, absence
         self._lock = threading.Lock()
         self._session: Session | None = None
 
@@ -60,30 +66,42 @@ class Driving:
         """Walk at a velocity, forward and to the left, m/s, and turn, rad/s; returns and raises as `press`."""
         return self._execute(lambda session: session.steer(velocity))
 
+    def order(self, command: WalkCommand) -> str:
+        """Carry out a command of another form; returns and raises as `press`."""
+        with self._lock:
+            return self._opened().order(command)
+
     def _execute(self, act: Callable[[Session], None]) -> str:
         with self._lock:
-            if self._session is None:
-                self._session = Session(self._walker())
-            act(self._session)
-            return self._session.reply
+            session = self._opened()
+            refused = session.refused
+            act(session)
+            if session.refused > refused:
+                raise WalkRefused(session.reply)
+            return session.reply
+
+    def _opened(self) -> Session:
+        if self._session is None:
+            self._session = Session(self._walker())
+        return self._session
 
     def release(self) -> None:
-        """Stop the keepalive of the former target: the walker has another order."""
+        """Drop the target and its keepalive: the robot is stopped, or begins again."""
         with self._lock:
             self._session = None
 
     def keep_alive(self) -> None:
-        """Send a keepalive if one is due; call it every second or oftener."""
+        """Send a keepalive if one is due, or the stop; call it every second or oftener."""
         with self._lock:
-            if self._session is None:
+            if (session := self._session) is None:
                 return
-            try:
-                if self._present():
-                    self._session.take([])
+            with contextlib.suppress(NaoHilError):  # a walker that does not answer in time is asked again
+                if self._absence() < ABSENCE_TIMEOUT:
+                    session.take([])
                     return
-            except NaoHilError:
-                pass
-            self._session = None
+                if session.walks:
+                    session.end()
+                self._session = None
 
 
 class Hand:
@@ -208,10 +226,18 @@ class Joints(_Order, frozen=True, tag="joints"):
     angles: dict[str, Finite]
 
 
+class RestartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Settings that the page may change."""
+
+    robot: str | None = None
+    wear: str | None = None
+    scenario: str | None = None
+
+
 class Restart(_Order, frozen=True, tag="restart"):
     """Begin a new run with these settings of `nao-hil up`; the others stay."""
 
-    settings: dict[str, str]
+    settings: RestartSettings
 
 
 Order = Walk | World | Key | Steer | Stop | Arm | Slow | Hold | Joints | Restart
@@ -228,14 +254,20 @@ class Orders:
         driving: The driver of all viewers of the page.
         hand: Holds the joints; None: they cannot be held.
         body: Of the robot.
-        supervised: Whether a command is there that can begin another run.
+        config: Gives the configuration file of the run, where a command is there that can begin another one;
+            None: there is none.
     """
 
     def __init__(
-        self, commands: Commands, driving: Driving, hand: Hand | None, body: Body, supervised: bool
+        self,
+        commands: Commands,
+        driving: Driving,
+        hand: Hand | None,
+        body: Body,
+        config: Callable[[], Path] | None,
     ) -> None:
         self._commands, self._driving, self._hand = commands, driving, hand
-        self.body, self.supervised = body, supervised
+        self.body, self._config = body, config
         self._slow = SlowMotion(commands.world, body.cycle)
 
     def carry_out(self, text: str | bytes) -> tuple[str, bool]:
@@ -259,12 +291,12 @@ class Orders:
         if isinstance(order, Key | Steer):
             return self._drive(order)
         resets = isinstance(order, World) and isinstance(order.command, Reset)
-        if resets or isinstance(order, Walk | Stop | Arm):
+        if resets or isinstance(order, Stop | Arm):
             self._driving.release()
         if isinstance(order, World):
             return self._world(order.command)
         if isinstance(order, Walk):
-            return self._commands.walk(order.command).text
+            return self._driving.order(order.command)
         if isinstance(order, Stop):
             return (self._commands.stop() if order.how == "crouch" else self._commands.limp()).text
         if isinstance(order, Arm):
@@ -274,6 +306,11 @@ class Orders:
         if isinstance(order, Restart):
             return self._restart(order.settings)
         return self._joints(order)
+
+    def keep_alive(self, absence: float) -> None:
+        """Release the joints once no viewer has been there for `ABSENCE_TIMEOUT`; `absence` in s."""
+        if self._hand is not None and self._hand.holds and absence >= ABSENCE_TIMEOUT:
+            self._hand.release()
 
     def _drive(self, order: Key | Steer) -> str:
         if isinstance(order, Key):
@@ -292,10 +329,20 @@ class Orders:
             return self._hand.move(order.angles)
         return self._hand.take() if order.on else self._hand.release()
 
-    def _restart(self, settings: dict[str, str]) -> str:
-        if not self.supervised:
+    @property
+    def supervised(self) -> bool:
+        """Whether a command is there that can begin another run."""
+        return self._config is not None
+
+    def _restart(self, settings: RestartSettings) -> str:
+        """Ask for another run, unless it could not begin: the present one continues then."""
+        if self._config is None:
             raise FrameError("This page did not begin the run; start `nao-hil up` with other options.")
-        print(json.dumps({RESTART: settings}), flush=True, file=sys.stdout)
+        from nao_hil.runs.build import check_run  # imported late: most pages restart nothing
+
+        changes = msgspec.to_builtins(settings)
+        check_run(run_config(self._config(), **changes))
+        print(json.dumps({RESTART: changes}), flush=True, file=sys.stdout)
         return "The run begins again; the page follows."
 
     def end(self) -> None:

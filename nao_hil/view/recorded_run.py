@@ -70,7 +70,7 @@ def read_run(file: Path) -> RecordedRun:
             off = watch.torso_off
     diagnosis = explain(symptoms, torso_off=bool(off))
     if diagnosis is not None:  # motions of a fallen robot are no symptoms
-        symptoms = [s for s in symptoms if s.time <= diagnosis.fell]
+        symptoms = [s for s in symptoms if s.time <= diagnosis.fell or s.kind in ("world", "order")]
     return RecordedRun(body, balances, symptoms, diagnosis, _stood(run, diagnosis), recorded_world(file))
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import math
 import os
 import queue
 import socket
 import ssl
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
@@ -28,8 +30,14 @@ HEADERS: Final = (
 POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
 """Content-Security-Policy of everything but the page, which has its own."""
 HTML: Final = (("Content-Type", "text/html; charset=utf-8"),)
+PING_INTERVAL: Final = 0.3
+"""s between two questions to a browser whether it is there."""
+CLOSE_TIMEOUT: Final = 0.5
+"""s for the last message to reach the browsers."""
 MAX_BACKLOG: Final = 300
 """Messages waiting for a browser; one that is further behind gets the run from its start again."""
+HOST_PATH: Final = "/host"
+"""Answered with the header `Host`: a page finds that a proxy changes it, for which its WebSocket is refused."""
 URGENT_PREFIX: Final = b'{"do":"stop"'
 """Beginning of an emergency stop: it waits for no order before it."""
 
@@ -49,6 +57,8 @@ class Browser:
         self._connection, self._whole = connection, whole
         self._queue: queue.Queue[bytes | str | None] = queue.Queue()
         self._sender = threading.Thread(target=self._send, name="sender", daemon=True)
+        self.seen = time.monotonic()
+        """Time of its last sign of life, monotonic, s."""
 
     def start(self) -> None:
         """Send the run, and from then on each `put`."""
@@ -69,16 +79,27 @@ class Browser:
         if (run := self._whole()) is not None:
             self._queue.put(run)
 
-    def end(self) -> None:
-        """Send no more."""
+    def end(self, timeout: float = 0.0) -> None:
+        """Send the messages before this call, for `timeout` s, and no more."""
         self._queue.put(None)
+        self._sender.join(timeout)
 
     def _send(self) -> None:
         from websockets.exceptions import ConnectionClosed
 
+        pong, asked = None, 0.0
         with contextlib.suppress(ConnectionClosed, OSError):
-            while (message := self._queue.get()) is not None:
-                self._connection.send(message)
+            while True:
+                # The browser answers pings also where its tab is hidden, and its scripts sleep.
+                if pong is None or pong.is_set():
+                    self.seen = time.monotonic()
+                    if self.seen - asked >= PING_INTERVAL:
+                        pong, asked = self._connection.ping(), self.seen
+                        self._connection.send("{}")  # for the page's script, which sees no ping
+                with contextlib.suppress(queue.Empty):
+                    if (message := self._queue.get(timeout=PING_INTERVAL)) is None:
+                        return
+                    self._connection.send(message)
 
 
 class PageServer:
@@ -104,6 +125,7 @@ class PageServer:
             ) from None
         self._lock = threading.Lock()
         self._browsers: set[Browser] = set()
+        self._seen = -math.inf
         self._page = Answer(HTTPStatus.SERVICE_UNAVAILABLE)
         self._files: Files = lambda _: None
         self._whole: Whole = lambda: None
@@ -148,9 +170,11 @@ class PageServer:
                 browser._begin()
 
     @property
-    def watched(self) -> bool:
-        """Whether a browser is open."""
-        return bool(self._browsers)
+    def absence(self) -> float:
+        """Time since the last sign of life of a browser, s."""
+        with self._lock:
+            self._seen = max([self._seen, *(browser.seen for browser in self._browsers)])
+        return time.monotonic() - self._seen
 
     def publish(self, message: bytes | dict[str, Any]) -> None:
         """Send rows, or an object as JSON, to all browsers."""
@@ -159,8 +183,14 @@ class PageServer:
             for browser in self._browsers:
                 browser.put(data)
 
-    def close(self) -> None:
-        """End all connections."""
+    def close(self, last: str = "", *, run: bool = False) -> None:
+        """End all connections, after a last sentence for those who watch; `run`: the run has ended as well."""
+        self.publish({"ended": last, "run": run})
+        with self._lock:
+            browsers = list(self._browsers)
+        until = time.monotonic() + CLOSE_TIMEOUT
+        for browser in browsers:
+            browser.end(max(until - time.monotonic(), 0.0))
         for worker in self._workers.values():
             worker.shutdown(wait=False, cancel_futures=True)
         self._server.shutdown()
@@ -174,15 +204,16 @@ class PageServer:
         try:
             for text in connection:
                 urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT_PREFIX)
-                self._workers[urgent].submit(self._answer, browser, text)
+                self._workers[urgent].submit(self._answer, browser, text, urgent)
         finally:
             with self._lock:
+                self._seen = max(self._seen, browser.seen)
                 self._browsers.discard(browser)
             browser.end()
 
-    def _answer(self, browser: Browser, text: str | bytes) -> None:
+    def _answer(self, browser: Browser, text: str | bytes, urgent: bool) -> None:
         sentence, done = self._order(text)
-        browser.put(json.dumps({"answer": sentence, "done": done}))
+        browser.put(json.dumps({"answer": sentence, "done": done, "urgent": urgent}))
 
     def _file(self, path: str) -> Answer:
         if path in ("/", "/index.html"):
@@ -211,6 +242,8 @@ def door(access: Access, file: Callable[[str], Answer]) -> Callable[[Any, Any], 
 
         asked = Asked(request.path, only("Host"), only("Origin"), only("Cookie"), only("Upgrade"))
         answer = access.check(asked)
+        if answer is None and asked.target == HOST_PATH:
+            answer = Answer(HTTPStatus.OK, asked.host.encode(errors="replace"))
         if answer is None and asked.upgrade:
             return None
         return _response(answer or file(urlsplit(asked.target).path))

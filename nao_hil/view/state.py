@@ -56,7 +56,7 @@ def describe(
 
     Returns:
         words, alarm (bool), walks (bool: a walker is in force), velocity in force (m/s, m/s, rad/s), gait,
-        armed, paused, held by, cycles missed.
+        armed (None: not reported yet), paused, held by, cycles missed.
     """
     paused = world is not None and world.paused
     walk = walk_in_force(guard, moment.walk, moment.sensors) if moment is not None else None
@@ -66,7 +66,7 @@ def describe(
         "walks": walk is not None,
         "velocity": list(status.velocity) if walk and status else [0.0, 0.0, 0.0],
         "gait": status.gait if status else "",
-        "armed": guard is None or guard.armed,
+        "armed": guard.armed if guard else None,
         "paused": paused,
         "holder": guard.holder if guard else "",
         "missed": moment.sensors.missed if moment else 0,
@@ -85,7 +85,7 @@ def _words(
     if walk is not None:
         words = "gets up" if walk.state == "motion" and posture else WALK.get(walk.state, walk.state)
     elif guard is None:
-        words = ""
+        words = "state not reported yet"
     elif guard.state == "active" or (guard.state == "idle" and guard.holder):
         words = f"held by {guard.holder or 'another controller'}"
     else:

@@ -105,11 +105,6 @@ def test_another_gait_begins_slowly() -> None:
     assert command == WalkCommand(op="walk", velocity=(0.04, 0.0, 0.0), gait="dynamic", hold=HOLD)
 
 
-def test_a_sign_of_life_is_given_while_walking_only() -> None:
-    assert DRIVER.keepalive(REST) is None
-    assert DRIVER.keepalive(typed(["w"])) == WalkCommand(op="walk", velocity=(0.003, 0.0, 0.0), hold=HOLD)
-
-
 def test_whoever_takes_over_begins_at_rest() -> None:
     status = walk_status(state="walk", gait="dynamic", admittance=False, velocity=(0.1, 0.0, 0.0))
     assert DRIVER.at_rest(status) == DriveTarget("dynamic", "none", admittance=False)

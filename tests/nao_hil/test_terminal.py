@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -9,8 +10,14 @@ import threading
 from collections.abc import Iterator
 
 import pytest
+from rich.table import Table
 
-from nao_hil.cli.console import open_console
+from bridge.adapters.lola.address import parse_address
+from bridge.errors import ConfigurationError
+from bridge.link.session import split_open
+from nao_hil.cli.console import Answer, open_console
+from nao_hil.cli.main import COMMANDS, GROUPS, PANELS, run
+from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.supervisor import free_endpoint
 from tests.loops import TIMEOUT
@@ -116,3 +123,75 @@ def test_no_outgoing_connection_of_this_machine_can_take_a_free_endpoint() -> No
     """The system gives these the ports from EPHEMERAL on, also between an endpoint's choice and its use."""
     for _ in range(50):
         assert int(free_endpoint().rpartition(":")[2]) < EPHEMERAL
+
+
+HOSTILE = "\x1b]0;mine\x07\x1b[2J\x9b31m nao\r"
+SHOWS = {
+    "text": lambda: open_console().print(HOSTILE),
+    "table": lambda: open_console().print(_table()),
+    "answer": lambda: Answer(None, HOSTILE).give(as_json=False),
+    "json": lambda: Answer({"name": HOSTILE}).give(as_json=True),
+    "refusal": lambda: run(["view", "--name", HOSTILE]),
+}
+"""Ways of a text to the terminal."""
+
+
+def _table() -> Table:
+    table = Table(title=HOSTILE)
+    table.add_column(HOSTILE)
+    table.add_row(HOSTILE)
+    return table
+
+
+@pytest.mark.parametrize("way", SHOWS)
+def test_no_text_of_another_program_controls_the_terminal(way: str, capsys: pytest.CaptureFixture[str]) -> None:
+    SHOWS[way]()
+    out = "".join(capsys.readouterr())
+    assert "nao" in out and not set(out) & {"\x1b", "\x07", "\x9b", "\r"}
+
+
+def test_no_log_text_controls_the_terminal() -> None:
+    done = python("-c", SAYS_LITTLE.replace('"x" * 100', repr(HOSTILE)))
+    assert "nao" in done.stderr and "\x1b" not in done.stderr
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0:10000", "[::]:10000", "192.168.1.7:10000"])
+def test_a_server_beyond_loopback_takes_the_word_open(address: str) -> None:
+    def host(plain: str) -> str:
+        return parse_address(plain).host
+
+    with pytest.raises(ConfigurationError, match="#open"):
+        split_open(address, host)
+    assert split_open(f"{address}#open", host) == address
+    for own in ("127.0.0.1:10000", "/tmp/robocup"):
+        assert split_open(own, host) == own
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("lola", "--socket", "0.0.0.0:10000"), ("naoqi", "--listen", "tcp://0.0.0.0:9559")],
+)
+def test_serve_beyond_loopback_is_refused(
+    arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["serve", *arguments]) == 2
+    assert "#open" in capsys.readouterr().err
+
+
+def test_the_help_lists_every_command_in_a_group(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sorted(name for names in PANELS.values() for name in names) == sorted([*COMMANDS, *GROUPS])
+    run(["--help"])
+    out = capsys.readouterr().out
+    assert all(panel in out for panel in PANELS) and "Commands" not in out
+
+
+def test_a_campaign_shows_the_time_left(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = iter(range(0, 10_000, 100))
+    monkeypatch.setattr("nao_hil.cli.progress.time.monotonic", lambda: float(next(clock)))
+    with CampaignProgress(open_console()) as progress:
+        progress.begin("slopes")
+        progress.expect(4)
+        progress.done("seed 0", "")
+    assert re.search(r"1 of 4 runs, 0:\d\d:\d\d left", capsys.readouterr().err)

@@ -6,6 +6,7 @@ import json
 import math
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
@@ -20,8 +21,9 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import LinkError
-from bridge.messages import ActuatorFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, WalkTelemetry
 from bridge.messages.faults import Fault
+from bridge.messages.frames import ORDER
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import Pause, Press, Push, Resume, StartFault, Step
@@ -32,16 +34,16 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
 from emulator.scenarios.ground import PlacedBox, ScenarioFloor
 from emulator.scenarios.model import Scenario
-from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom
-from nao_hil.analysis.diagnosis.symptoms import MEANING
+from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom, explain
+from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
 from nao_hil.view.access import Access
 from nao_hil.view.follow import FAULTS, LiveRun
-from nao_hil.view.orders import JOINT_RATE, RESTART, Driving, Hand, Orders, SlowMotion
+from nao_hil.view.orders import ABSENCE_TIMEOUT, JOINT_RATE, RESTART, Driving, Hand, Orders, SlowMotion
 from nao_hil.view.page import page
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
-from nao_hil.view.server import PageServer
+from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
@@ -188,12 +190,37 @@ def test_a_silent_robot_is_not_said_to_walk(standing: list[Moment]) -> None:
     assert describe(None, None, None, None, 0.0)["words"] == "waits for the robot"
 
 
+def test_stops_arming_and_orders_are_events_also_of_a_robot_that_lies_and_no_sign_of_trouble(
+    standing: list[Moment],
+) -> None:
+    notices = tuple(
+        Notice(seq=1, level="info", code=code, text=f"{code}.")
+        for code in ("guard-stop", "guard-armed", ORDER, "guard-active", "clipped")
+    )
+    watch = Symptoms(observer := BalanceEstimator(BODY))
+    watch.update(observer.update(standing[-2]))
+    watch._lies = True
+    found = watch.update(observer.update(standing[-1]._replace(notices=notices)))
+    assert [(s.kind, s.text) for s in found] == [("order", c) for c in ("guard-stop", "guard-armed", ORDER)]
+    fall = Symptom(found[0].time + 1.0, "fall", "the robot fell")
+    diagnosis = explain([*found, fall])
+    assert diagnosis is not None and diagnosis.first is None and diagnosis.before is None
+
+
+def test_armed_is_unknown_until_the_robot_reports_it(standing: list[Moment]) -> None:
+    moment = Moment(standing[-1].sensors)
+    assert describe(moment, None, None, REPLY, 0.0)["armed"] is None
+    report = GuardStatus(seq=1, state="idle", armed=False, text="")
+    assert describe(moment, report, None, REPLY, 0.0)["armed"] is False
+
+
 class FakeCommands:
     """Takes commands and keeps them."""
 
     def __init__(self) -> None:
         self.sent: list[Any] = []
         self.there = True
+        self.state = "stand"
 
     def world(self, command: Any) -> WorldReply:
         self.sent.append(command)
@@ -201,12 +228,15 @@ class FakeCommands:
 
     def walk(self, command: WalkCommand) -> WalkStatus:
         self.sent.append(command)
-        return STATUS
+        return msgspec.structs.replace(STATUS, state=self.state)
 
     send = walk
 
     def status(self) -> WalkStatus:
-        return msgspec.structs.replace(STATUS, state="stand")
+        return msgspec.structs.replace(STATUS, state=self.state)
+
+    def walker(self) -> FakeCommands:
+        return self
 
     def stop(self) -> GuardStatus:
         if not self.there:
@@ -227,12 +257,14 @@ def lookers() -> list[str]:
 
 @pytest.fixture
 def driving(commands: FakeCommands, lookers: list[str]) -> Driving:
-    return Driving(lambda: commands, lambda: bool(lookers))  # type: ignore[arg-type, return-value]
+    return Driving(lambda: commands, lambda: 0.0 if lookers else ABSENCE_TIMEOUT)  # type: ignore[arg-type, return-value]
 
 
 @pytest.fixture
-def order(commands: FakeCommands, driving: Driving) -> Callable[..., tuple[str, bool]]:
-    orders = Orders(commands, driving, None, BODY, supervised=True)  # type: ignore[arg-type]
+def order(commands: FakeCommands, driving: Driving, tmp_path: Path) -> Callable[..., tuple[str, bool]]:
+    config = tmp_path / "config.toml"
+    config.write_text('robot = "nao-v3"\n')
+    orders = Orders(commands, driving, None, BODY, lambda: config)  # type: ignore[arg-type]
     return lambda doing, **fields: orders.carry_out(json.dumps({"do": doing, **fields}))
 
 
@@ -246,7 +278,7 @@ def test_orders_become_the_links_own_commands(
     push, press, walk = commands.sent
     assert isinstance(push, Push) and push.impulse == (-0.5, 2.0, 0.0)
     assert press == Press(button="head_front", pressed=True)
-    assert walk == WalkCommand(op="walk", torso="robust", steps=0)
+    assert walk == WalkCommand(op="walk", torso="robust", steps=0, hold=HOLD)
 
 
 @pytest.mark.parametrize(
@@ -287,14 +319,87 @@ def test_keys_drive_as_those_of_the_terminal(
     ]
 
 
-def test_the_pad_walks_and_its_driver_is_missed_when_nobody_looks(
-    order: Callable[..., tuple[str, bool]], commands: FakeCommands, driving: Driving, lookers: list[str]
+WAYS = {
+    "pad": [("steer", {"velocity": [0.2, -0.05, 0.4]})],
+    "keys": [("key", {"key": "w"})],
+    "button": [("walk", {"command": {"op": "walk"}})],
+    "steps": [("walk", {"command": {"op": "walk", "steps": 500}})],
+    "changed in stride": [
+        ("steer", {"velocity": [0.2, 0, 0]}),
+        ("walk", {"command": {"op": "set", "torso": "none"}}),
+    ],
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_each_way_of_driving_is_kept_alive_and_stopped_once_no_page_is_open(
+    order: Callable[..., tuple[str, bool]],
+    commands: FakeCommands,
+    driving: Driving,
+    lookers: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    way: str,
 ) -> None:
-    order("steer", velocity=[0.2, -0.05, 0.4])
-    assert commands.sent[-1].velocity == pytest.approx((0.2, -0.05, 0.4)) and commands.sent[-1].hold == HOLD
+    commands.state = "walk"
+    for doing, fields in WAYS[way]:
+        assert order(doing, **fields)[1]
+    assert next(c for c in commands.sent if c.op == "walk").hold == HOLD
+    monkeypatch.setattr("nao_hil.drive.session.KEEPALIVE_INTERVAL", 0.0)
+    sent = len(commands.sent)
+    driving.keep_alive()
+    assert commands.sent[sent:] == [WalkCommand(op="set", hold=HOLD)]
     lookers.clear()
     driving.keep_alive()
-    assert driving._session is None  # no sign of life from here on: the robot stops by itself
+    assert commands.sent[-1] == WalkCommand(op="stop")
+    sent = len(commands.sent)
+    driving.keep_alive()
+    assert len(commands.sent) == sent
+
+
+def test_a_walk_that_another_client_stopped_is_not_begun_again(
+    order: Callable[..., tuple[str, bool]],
+    commands: FakeCommands,
+    driving: Driving,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    order("steer", velocity=[0.2, 0, 0])
+    monkeypatch.setattr("nao_hil.drive.session.KEEPALIVE_INTERVAL", 0.0)
+    commands.state = "stand"
+    for _ in range(4):
+        driving.keep_alive()
+    assert [c for c in commands.sent if c.op == "walk"] == commands.sent[:1] and len(commands.sent) == 3
+
+
+def test_joints_that_the_page_holds_are_given_back_once_no_page_is_open(
+    commands: FakeCommands, driving: Driving
+) -> None:
+    hand = SimpleNamespace(holds=True, given=0)
+    hand.release = lambda: setattr(hand, "given", hand.given + 1)
+    orders = Orders(commands, driving, hand, BODY, None)  # type: ignore[arg-type]
+    orders.keep_alive(ABSENCE_TIMEOUT - 0.1)
+    assert hand.given == 0
+    orders.keep_alive(ABSENCE_TIMEOUT)
+    assert hand.given == 1
+
+
+def test_a_page_is_absent_once_its_browser_does_not_answer() -> None:
+    """Also where its connection stays open: a laptop that sleeps, a cable that is out."""
+    connection = SimpleNamespace(send=lambda _: None, ping=threading.Event)
+    browser = Browser(connection, lambda: None)
+    browser.start()
+    asked = browser.seen
+    until(lambda: time.monotonic() - asked > 3 * PING_INTERVAL, "some pings")
+    assert browser.seen - asked < PING_INTERVAL
+    browser.end(1.0)
+
+
+def test_a_restart_that_cannot_begin_is_refused_and_the_run_goes_on(
+    order: Callable[..., tuple[str, bool]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for settings in ({"mode": "in-process"}, {"wear": "rusty"}, {"robot": "nao-v9"}, {"scenario": "moon"}):
+        words, done = order("restart", settings=settings)
+        assert words and not done
+    assert capsys.readouterr().out == ""
 
 
 def test_a_restart_is_a_line_for_the_command_that_began_the_run(

@@ -15,6 +15,7 @@ from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.monitor import Monitor
 from nao_hil.view.access import Access
 from nao_hil.view.page import page as live_page
 from nao_hil.view.server import PageServer
@@ -135,11 +136,41 @@ def test_the_buttons_of_the_body_are_pressed_while_held_and_keys_drive_once_they
     state(page, "walks")
     page.keyboard.press("x")
     state(page, "stands")
+    events = page.locator("#events").text_content() or ""
+    assert "Walks by the static gait" in events and "Closes the feet" in events
     assert errors == []
     command.interrupt()
-    page.get_by_text("The page has ended").wait_for()
+    page.get_by_text("has ended the run").wait_for()
     touch = [r.message.touch for r in read_recording(run / "frames.mcap") if r.topic == "sensors"]
     assert {frame[1] for frame in touch} == {0.0, 1.0} and touch[-1][1] == 0.0
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("way", ["button", "pad"])
+def test_a_robot_stops_within_three_seconds_of_its_last_page(
+    start: Start, endpoint: str, port: int, page: Page, way: str
+) -> None:
+    start("emulate", "--engine", "mujoco", "--listen", endpoint)
+    start("walk", "--serve", "--connect", endpoint)
+    start("view", "--connect", endpoint, "--port", str(port))
+    open_page(page, port)
+    state(page, "stands")
+    if way == "button":
+        page.get_by_role("button", name="Walk", exact=True).click()
+    else:
+        page.get_by_role("tab", name="Walk").click()
+        page.get_by_label("forward, m/s").fill("0.1")
+        page.keyboard.press("Tab")
+    state(page, "walks · step")
+    page.wait_for_timeout(5000)
+    state(page, "walks · step")  # for as long as the page is open
+    with Monitor("nao", endpoint) as monitor:
+        until(lambda: monitor.connect() and monitor.telemetry, "the walker's word")
+        page.close()
+        assert monitor.sensors is not None
+        closed = monitor.sensors.time
+        until(lambda: monitor.telemetry and monitor.telemetry.state == "stopping", "the stop")
+        assert monitor.sensors.time < closed + 3.0
 
 
 def test_another_run_begins_from_the_page(
@@ -202,6 +233,6 @@ def test_the_page_works_under_a_path_of_a_proxy(port: int, page: Page, errors: l
     try:
         with proxy("/nao/", port) as address:
             page.goto(address)
-            until(lambda: page.wait_for_timeout(100) or server.watched, "the page to connect")
+            until(lambda: page.wait_for_timeout(100) or server.absence < 1.0, "the page to connect")
     finally:
         server.close()

@@ -192,6 +192,8 @@ def test_an_emergency_stop_is_shown_as_it_is_carried_out_and_the_robot_stands_up
     live.shows("limp, emergency stop", "rest", began)
     live.page.get_by_role("button", name="Arm", exact=True).click()
     live.stands()
+    events = live.page.locator("#events").text_content() or ""
+    assert "Emergency stop (crouch) by page" in events and "The robot was armed by page" in events
 
 
 @pytest.mark.realtime

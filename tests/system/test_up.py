@@ -237,12 +237,24 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
     assert inspect(last).steps == command.result["steps"]
 
 
-@pytest.mark.parametrize("module", ["nao_hil.cli.main", "nao_hil.cli.walk", "walker.process"])
-def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start, endpoint: str, module: str) -> None:
-    command = start("walk", "--connect", endpoint, script=SLOW_TO_LOAD.format(module=module))
-    until(lambda: "loading\n" in command.stderr, "the command")
-    command.interrupt()
-    assert (command.process.returncode, command.stderr) == (130, "loading\n")
+@pytest.mark.parametrize(
+    ("command", "module"),
+    [
+        *(
+            ("walk --connect", m)
+            for m in ("bridge.errors", "nao_hil.cli.main", "nao_hil.cli.walk", "walker.process")
+        ),
+        ("up --listen", "nao_hil.runs.build"),
+        ("up --listen", "emulator.engine.catalogue"),
+    ],
+)
+def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(
+    start: Start, endpoint: str, command: str, module: str
+) -> None:
+    loads = start(*command.split(), endpoint, script=SLOW_TO_LOAD.format(module=module))
+    until(lambda: "loading\n" in loads.stderr, "the command")
+    loads.interrupt()
+    assert (loads.process.returncode, loads.stderr) == (130, "loading\n")
 
 
 def test_both_sides_end_with_an_up_that_is_killed(

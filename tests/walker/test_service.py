@@ -188,6 +188,30 @@ def test_a_walk_that_nobody_holds_stops_by_itself(served: Served) -> None:
     assert served.controller.state == "stopping"
 
 
+def test_a_keepalive_keeps_a_walk_with_its_bounds_and_begins_none(served: Served) -> None:
+    served.ask(op="set", hold=1.0)
+    served.run(30)
+    assert served.controller.state == "stand"
+    served.ask(op="walk", steps=4, hold=1.0)
+    for _ in range(40):
+        served.run(50)
+        served.ask(op="set", hold=1.0)
+    assert served.controller.state == "stand" and served.telemetry[-1].step == 4
+
+
+def test_orders_are_noted_once_and_keepalives_are_not(served: Served) -> None:
+    served.ask(op="stop")
+    served.ask(op="walk", velocity=(0.01, 0.0, 0.0), hold=3.0)
+    served.run(100)
+    served.ask(op="walk", velocity=(0.012, 0.0, 0.0), hold=3.0)
+    served.ask(op="set", hold=3.0)
+    served.ask(op="status")
+    served.ask(op="stop")
+    walks, stops = served.service.take_notes()
+    assert "0.010 m/s" in walks and "feet" in stops
+    assert served.service.take_notes() == []
+
+
 SWITCHES: Final[tuple[dict[str, Any], ...]] = (
     {"op": "set", "torso": "none"},
     {"op": "set", "admittance": False},

@@ -11,7 +11,7 @@ import msgspec
 from bridge.body import Body
 from bridge.recording.playback import read_recording, recorded_body
 from nao_hil.analysis.diagnosis.balance import BalanceEstimator, Moment, moments
-from nao_hil.analysis.diagnosis.symptoms import Symptom, Symptoms, first_of
+from nao_hil.analysis.diagnosis.symptoms import OUTSIDE, Symptom, Symptoms, first_of
 
 SYMPTOM_GAP: Final = 1.5
 """Time without a symptom that separates the symptoms of a fall from earlier ones, s."""
@@ -43,7 +43,7 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
         text += f"; first, at {self.first.time:.2f} s, {self.first.text}"
         if self.before is not None:
             text += f" (before, at {self.before.time:.2f} s: {self.before.text})"
-        later = {s.kind: s for s in reversed(self.chain) if s.kind not in ("world", "fall")}
+        later = {s.kind: s for s in reversed(self.chain) if s.kind not in OUTSIDE}
         rest = sorted((s for s in later.values() if s.kind != self.first.kind), key=lambda s: s.time)
         if rest:
             text += "; then " + ", ".join(f"{s.text} at {s.time:.2f} s" for s in rest)
@@ -61,7 +61,7 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
     fall = next((s for s in ordered if s.kind == "fall"), None)
     if fall is None:
         return None
-    own = [s for s in ordered if s.kind not in ("world", "fall") and s.time <= fall.time]
+    own = [s for s in ordered if s.kind not in OUTSIDE and s.time <= fall.time]
     chain: list[Symptom] = []
     until = fall.time
     for symptom in reversed(own):

@@ -12,12 +12,23 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from bridge.messages.frames import ORDER
 from bridge.stance import FALLEN_TILT
 from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, Stand
 from nao_hil.runs.walk_figures import FallWatch
 
-Kind = Literal["world", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
+Kind = Literal["world", "order", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
+OUTSIDE: Final = ("world", "order", "fall")
+"""Kinds that are no sign of trouble: done to the robot, ordered, and the fall itself."""
+EVENT_CODES: Final[dict[str, Kind]] = {
+    "world": "world",
+    "fault": "world",
+    ORDER: "order",
+    "guard-stop": "order",
+    "guard-armed": "order",
+}
+"""Code of a notice -> kind of its event."""
 
 
 EDGE: Final = 0.003
@@ -207,7 +218,7 @@ class Symptoms:
             *self._posture(balance),
         ]
         if self._lies:  # motions of a robot that lies are no symptom
-            found = [s for s in found if s.kind == "world"]
+            found = [s for s in found if s.kind in ("world", "order")]
         lean = lean_angle(balance)
         self._lies = fallen(balance, lean) or (self._lies and lean > TILT)
         self._last = balance
@@ -227,9 +238,9 @@ class Symptoms:
     def _world(self, balance: Balance) -> list[Symptom]:
         time = balance.moment.sensors.time
         return [
-            Symptom(time, "world", notice.text.rstrip("."))
+            Symptom(time, EVENT_CODES[notice.code], notice.text.rstrip("."))
             for notice in balance.moment.notices
-            if notice.code in ("world", "fault")
+            if notice.code in EVENT_CODES
         ]
 
     def _missing(self, balance: Balance) -> list[Symptom]:
@@ -305,5 +316,5 @@ class Symptoms:
 
 def first_of(symptoms: Sequence[Symptom]) -> Symptom | None:
     """The earliest sign that is the robot's own, not something done to it."""
-    own = [s for s in symptoms if s.kind not in ("world", "fall")]
+    own = [s for s in symptoms if s.kind not in OUTSIDE]
     return min(own, key=lambda s: s.time, default=None)

@@ -11,7 +11,11 @@ const PADS = {
 };
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const DRIVE_KEYS = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
-const ENDED = "The page has ended, and the run with it, or its robot's process. To look at the run again: nao-hil view --replay RUN. For a robot that stays: nao-hil up --serve --view.";
+const LOST = "no connection; the robot may still move";
+const SILENCE = 2500; // ms without a word of the server after which the connection counts as lost
+const STOP_TIME = 2500; // ms in which an emergency stop is answered
+const DEAD_ZONE = 0.15; // of a gamepad's stick
+const PAD_INTERVAL = 50; // ms between two looks at a gamepad
 
 // An element: el("button", {properties}, ...children).
 function el(tag, properties = {}, ...children) {
@@ -24,22 +28,65 @@ class Live {
   constructor(player) {
     this.player = player;
     this.connect();
+    let late = false; // at the last look too: a page that was busy has messages waiting
+    setInterval(() => {
+      const silent = this.socket.readyState === WebSocket.OPEN && performance.now() - this.heard > SILENCE;
+      if (silent && late) this.socket.onclose();
+      late = silent;
+    }, RETRY_INTERVAL);
   }
 
   connect() {
     this.socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/#.*/, ""));
     this.socket.binaryType = "arraybuffer";
     let chain = Promise.resolve(); // messages are taken one after the other: a packed run takes its time
-    this.socket.onmessage = ({ data }) => (chain = chain.then(() => this.take(data)));
-    this.socket.onclose = () => {
-      this.lost = (this.lost ?? 0) + 1;
-      if (this.lost > 1) this.notify(ENDED, false, true);
+    this.heard = performance.now();
+    this.socket.onmessage = ({ data }) => {
+      this.heard = performance.now();
+      chain = chain.then(() => this.take(data));
+    };
+    this.socket.onopen = () => this.connected(true);
+    const { socket } = this;
+    socket.onclose = async () => {
+      socket.onclose = socket.onmessage = null; // also a connection that is only silent
+      socket.close();
+      this.connected(false);
+      this.why = this.ended ?? (await this.refusal());
+      if (this.why) this.notify(this.why, false, true);
       setTimeout(() => this.connect(), RETRY_INTERVAL);
     };
   }
 
+  // Chip, picture and buttons show a lost connection.
+  connected(on) {
+    this.lost = !on;
+    document.body.classList.toggle("lost", !on);
+    for (const each of document.querySelectorAll("#orders button:not(.stop), .tab.live :is(button, input, select)")) each.disabled = !on;
+    if (on) {
+      [this.ended, this.runEnded] = [undefined, false];
+      if (this.why) this.notify("");
+      this.why = "";
+      if (this.velocity && this.everywhere === false) this.velocity.straight();
+    } else this.chip();
+  }
+
+  chip() {
+    Object.assign($("state"), { textContent: this.runEnded ? "the run has ended" : LOST });
+    $("state").classList.add("alarm");
+    $("live").setAttribute("aria-pressed", false);
+  }
+
+  // Why the server refuses this page; empty: it does not answer, or it does not refuse.
+  async refusal() {
+    try {
+      const response = await fetch("host", { cache: "no-store" }), text = (await response.text()).trim();
+      if (!response.ok) return text;
+      if (text !== location.host) return `The page's server refuses the connection: a proxy changed the header Host from ${location.host} to ${text}. It must pass Host and the WebSocket on (docs/security.md, "The page").`;
+    } catch {} // no answer at all
+    return "";
+  }
+
   async take(data) {
-    this.lost = 0;
     if (typeof data === "string") return this.update(JSON.parse(data));
     const start = new Uint8Array(data, 0, 2), [run] = this.player.runs;
     if (start[0] === 0x1f && start[1] === 0x8b) return this.show(await unpack(data));
@@ -61,6 +108,11 @@ class Live {
 
   update(message) {
     const run = this.player.runs[0], header = run?.header;
+    if (message.ended !== undefined) {
+      [this.ended, this.runEnded] = [message.ended, message.run];
+      this.socket.close();
+    }
+    if (message.urgent) clearTimeout(this.unanswered);
     if (message.answer) this.notify(message.answer, message.done);
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
@@ -79,7 +131,13 @@ class Live {
 
   order(doing, fields = {}) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: doing, ...fields }));
-    else this.notify("The page is not connected; the order was not sent.", false);
+    else this.notify(doing === "stop" ? "The EMERGENCY STOP DID NOT GO OUT: no connection. Stop the robot at the robot, or by `nao-hil stop`." : "No connection; the order was not sent.", false, doing === "stop");
+  }
+
+  emergency() {
+    this.order("stop", { how: "crouch" });
+    clearTimeout(this.unanswered);
+    if (!this.lost) this.unanswered = setTimeout(() => this.notify("No answer to the EMERGENCY STOP: it may not have gone out. Stop the robot at the robot, or by `nao-hil stop`.", false, true), STOP_TIME);
   }
 
   walk(command) {
@@ -113,8 +171,9 @@ class Live {
     const { live } = this.player.runs[0].header;
     Object.assign($("notice"), { hidden: !state.notice, textContent: state.notice ?? "" });
     if (!this.orders) return;
-    for (const [name, button] of Object.entries(this.orders)) button.hidden = (name === "Arm") === state.armed && name !== "Emergency stop";
+    for (const [name, button] of Object.entries(this.orders)) button.hidden = name === "Arm" ? state.armed !== false : name !== "Emergency stop" && state.armed === false;
     const everywhere = live.gaits[state.gait] ?? true;
+    this.everywhere = everywhere;
     this.velocity.show(state.velocity, everywhere);
     this.paused.textContent = state.paused ? "Resume" : "Pause";
     this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;
@@ -134,7 +193,7 @@ class Live {
     };
     this.button = button;
     this.orders = {
-      "Emergency stop": button("Emergency stop", () => this.order("stop", { how: "crouch" }), { className: "stop", title: "the robot crouches, lets go, and takes no command until it is armed again" }),
+      "Emergency stop": button("Emergency stop", () => this.emergency(), { className: "stop", title: "Esc: the robot crouches, lets go, and takes no command until it is armed again" }),
       Walk: button("Walk", () => this.walk(this.settings("walk")), { className: "go" }),
       Stop: button("Stop", () => this.order("key", { key: "x" })),
       Sit: button("Sit", () => this.walk({ op: "motion", motion: "sit-down" })),
@@ -169,7 +228,7 @@ class Live {
 
   // A field for a number; `value` is null while its text is none.
   number(label, unit, initial, low, high, changed) {
-    const input = el("input", { type: "text", inputMode: "decimal", value: initial }), refusal = el("span", { className: "refusal" });
+    const input = el("input", { type: "text", inputMode: "decimal", value: initial }), refusal = el("span", { className: "refusal", role: "status" });
     input.setAttribute("aria-label", `${label}, ${unit}`);
     const field = { box: el("label", { className: "field" }, el("span", { textContent: `${label}, ${unit}` }), input, refusal), input, value: Number(initial) };
     const check = () => {
@@ -221,6 +280,7 @@ class Live {
       sent = performance.now();
       send();
     };
+    for (const part of [square, strip]) part.setAttribute("aria-hidden", "true"); // the fields are for keys and screen readers
     for (const part of [square, strip]) for (const kind of ["pointerdown", "pointermove", "pointerup"]) part.addEventListener(kind, drag);
     const box = el("div", { className: "pads" }, el("div", {}, square, ...(turn ? [el("div", { style: "height: 6px" }), strip] : [])), el("div", {}, ...fields.map((field) => field.box)));
     const pad = { box, values, place, fields };
@@ -245,8 +305,9 @@ class Live {
       pad,
       show: (velocity, everywhere) => {
         if (!pad.dragging) velocity.forEach((value, i) => pad.fields[i].set(value)), pad.place();
-        pad.fields.slice(1).forEach((field) => (field.input.disabled = !everywhere));
+        if (!this.lost) pad.fields.slice(1).forEach((field) => (field.input.disabled = !everywhere));
       },
+      straight: () => pad.fields.slice(1).forEach((field) => (field.input.disabled = true)),
     };
     const [gaitBox, gait] = this.select("gait", ["as it is", ...Object.keys(live.gaits)], "another one begins at a stand");
     const [torsoBox, torso] = this.select("torso control", ["as it is", "none", "thesis", "robust"], "keeps the torso upright");
@@ -254,8 +315,12 @@ class Live {
     this.steps = this.number("steps", "0: no end", "0", 0, 1e6);
     Object.assign(this, { gait, torso, admittance });
     this.driving = el("input", { type: "checkbox" });
-    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE_KEYS).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · a gamepad's left stick walks");
-    this.driving.addEventListener("change", () => ((keys.hidden = !this.driving.checked), this.pads()));
+    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE_KEYS).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · gamepad: left stick walks, right stick turns, released they stop");
+    this.driving.addEventListener("change", () => {
+      keys.hidden = !this.driving.checked;
+      if (this.driving.checked) $("scene").focus(); // Space is the stop from here on, not the box's
+      this.pads();
+    });
     this.missed = el("p", { className: "faint" });
     return [
       el("h2", { textContent: "Velocity in force" }), pad.box,
@@ -285,6 +350,10 @@ class Live {
       const send = (pressed) => this.world({ op: "press", button: name, pressed });
       made.addEventListener("pointerdown", (event) => (made.setPointerCapture(event.pointerId), send(true)));
       for (const end of ["pointerup", "pointercancel"]) made.addEventListener(end, () => send(false));
+      const held = (event, pressed) => [" ", "Enter"].includes(event.key) && !event.repeat && (event.preventDefault(), (made.down = pressed), send(pressed));
+      made.addEventListener("keydown", (event) => held(event, true));
+      made.addEventListener("keyup", (event) => held(event, false));
+      made.addEventListener("blur", () => made.down && ((made.down = false), send(false)));
       return made;
     };
     return [
@@ -368,23 +437,29 @@ class Live {
     }
   }
 
-  // A gamepad: its left stick walks, buttons 0 to 3 stop, and change gait, torso control and admittance.
+  // A gamepad: the left stick walks ahead and sideways, the right one turns, released they stop; buttons 0 to 3 stop, and change gait, torso control and admittance.
   pads() {
     if (this.polling || !this.driving.checked) return;
     const down = new Set(), buttons = ["x", "g", "t", "m"];
-    let notch = 0;
+    let steered = [0, 0, 0], sent = 0;
+    const steer = (velocity) => {
+      const moves = velocity.some(Boolean), change = Math.max(...velocity.map((x, i) => Math.abs(x - steered[i])));
+      if (!change || (moves && (change < 0.02 || performance.now() - sent < DRAG_INTERVAL))) return;
+      [steered, sent] = [velocity, performance.now()];
+      this.order("steer", { velocity });
+    };
     this.polling = setInterval(() => {
-      if (!this.driving.checked) this.polling = clearInterval(this.polling);
-      const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each);
-      if (!pad) return;
+      const on = this.driving.checked, pad = on && !document.hidden && [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected);
+      if (!on) this.polling = clearInterval(this.polling);
+      if (!pad) return steer([0, 0, 0]);
+      const axes = [1, 0, 2].map((i) => -(pad.axes[i] ?? 0)).map((x) => (Math.abs(x) < DEAD_ZONE ? 0 : Math.max(-1, Math.min(1, x))));
+      const velocity = axes.map((x, i) => Number((x * PADS.velocity[i].most).toFixed(3)) || 0);
+      steer(this.everywhere === false ? [velocity[0], 0, 0] : velocity);
       buttons.forEach((key, i) => {
         const pressed = Boolean(pad.buttons[i]?.pressed);
         if (pressed && !down.has(i)) this.key(key);
         down[pressed ? "add" : "delete"](i);
       });
-      const way = -(pad.axes[1] ?? 0);
-      if (Math.abs(way) < 0.5) notch = 0;
-      else if (performance.now() - notch > 400) (notch = performance.now()), this.key(way > 0 ? "w" : "s");
-    }, 50);
+    }, PAD_INTERVAL);
   }
 }

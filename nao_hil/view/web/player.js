@@ -1,7 +1,7 @@
 // The page: keeps its time, its camera and its overlays, and answers to the person. Live, replay and exported file alike.
 "use strict";
 
-const EVENTS = { world: "#fab005", fall: "#fa5252" };
+const EVENTS = { world: "#fab005", order: "#4dabf7", fall: "#fa5252" };
 const FOLLOW_TIME = 0.2; // s in which the camera makes up for most of its way to the robot
 const LIVE_LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
 const RUN_DISTANCE = 0.6; // m between two runs that are shown together
@@ -24,7 +24,7 @@ const OVERLAYS = {
 };
 const KEYS = {
   "Space": "play, pause", "← →": "one picture back, on", "l": "back to the present (live)", "c": "camera back to its place", "?": "this sheet",
-  "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
+  "Esc": "emergency stop (live; closes an open sheet first)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
 };
 
 class Player {
@@ -140,7 +140,10 @@ class Player {
   chip() {
     if (!this.runs[0]?.count) return;
     const [{ moment }] = this.actors(), { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
-    const parts = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
+    const past = Boolean(live) && !this.following;
+    document.body.classList.toggle("past", past);
+    if (this.live?.lost) return this.live.chip();
+    const parts = past ? [`the past, ${(this.last - this.time).toFixed(1)} s ago`, moment.phase ?? ""] : state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
     $("state").textContent = parts.filter(Boolean).join(" · ");
     $("state").classList.toggle("alarm", Boolean(state?.alarm));
     const fell = fall && this.time >= fall.time && this.time < (fall.until ?? Infinity);
@@ -268,12 +271,16 @@ function jointTable(player) {
     Object.assign(row, { title: `${name}: chart of command and angle; ${low.toFixed(0)} to ${high.toFixed(0)} deg` });
     row.dataset.joint = name;
     row.append(cell("td", name), ...Object.keys(DECIMALS).map((quantity) => Object.assign(cell("td", ""), { className: quantity })));
-    row.addEventListener("click", (event) => {
-      if (event.target.matches("input")) return;
+    const nameCell = row.firstChild, chart = (event) => {
+      if (event.target.matches("input") || (event.type === "keydown" && event.key !== "Enter" && event.key !== " ")) return;
+      if (event.type === "keydown" && event.target === nameCell) event.preventDefault();
       player.charts.toggle(`angle ${name}`, `command ${name}`);
       player.open("Charts");
       $("charts").parentElement.scrollTop = 1e6;
-    });
+    };
+    Object.assign(nameCell, { tabIndex: 0, role: "button" });
+    nameCell.setAttribute("aria-label", `chart of ${name}`);
+    for (const kind of ["click", "keydown"]) row.addEventListener(kind, chart);
     return row;
   });
   $("joints").replaceChildren(head, ...rows);
@@ -289,6 +296,13 @@ function jointValues(player, { run, moment }) {
 
 function verdict(fall) {
   return `It fell at ${fall.time.toFixed(2)} s. What went wrong first: ${fall.text}. ${fall.meaning}`;
+}
+
+// Whether a key is the focused control's own: text, arrows on a slider, Space on a button.
+function ownKey(target, key) {
+  if (target.matches("input[type=range]")) return key.startsWith("Arrow") || ["Home", "End", "PageUp", "PageDown"].includes(key);
+  if (target.matches("button, a, input[type=checkbox], [role=button]")) return key === " " || key === "Enter";
+  return target.matches("select, input");
 }
 
 // Buttons and keys that all three kinds of page have.
@@ -328,11 +342,15 @@ function controls(player) {
   $("theme").addEventListener("click", () => setTheme(player.theme === "dark" ? "light" : "dark"));
   for (const button of document.querySelectorAll("[data-sheet]")) button.addEventListener("click", () => sheet(button.dataset.sheet));
   addEventListener("keydown", (event) => {
-    const act = acts[event.key];
-    if (!player.runs.length || event.ctrlKey || event.altKey || event.metaKey || event.target.matches("select, input:not([type=range]):not([type=checkbox])")) return;
-    if (player.live?.key(event.key) || act) event.preventDefault();
-    if (!event.defaultPrevented || !act || player.live?.drives(event.key)) return;
-    act();
+    const { key, target } = event, open = [...document.querySelectorAll(".sheet")].some((each) => !each.hidden);
+    if (!player.runs.length || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (key === "Escape" && player.live && !open && !target.matches("select")) return player.live.emergency(), event.preventDefault();
+    if (ownKey(target, key)) return;
+    const drives = player.live?.drives(key);
+    if (!drives && !acts[key]) return;
+    event.preventDefault();
+    if (drives) player.live.key(key);
+    else acts[key]();
   });
   $("keys").replaceChildren(...Object.entries(KEYS).flatMap(([key, does]) => [Object.assign(document.createElement("dt"), { textContent: key }), Object.assign(document.createElement("dd"), { textContent: does })]));
   setTheme(player.theme);

@@ -1,0 +1,243 @@
+"""The page in a browser where its connection, its keys and its gamepad could move a robot; no robot runs."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page
+
+from bridge.body import load_body
+from bridge.messages.guard import GuardStatus
+from emulator.robot import EmulatedRobot
+from nao_hil.analysis.diagnosis import MomentBuilder
+from nao_hil.view.access import Access
+from nao_hil.view.follow import Follower, LiveRun
+from nao_hil.view.orders import Orders
+from nao_hil.view.page import page as live_page
+from nao_hil.view.server import PageServer
+from nao_hil.view.state import describe
+from tests.loops import until
+from tests.ports import free_port
+from tests.proxy import proxy
+from tests.system.pages import browser_page, open_page
+
+pytestmark = pytest.mark.browser
+
+GAMEPAD = """
+() => {
+  window.pad = { connected: true, axes: [0, 0, 0, 0], buttons: [] };
+  navigator.getGamepads = () => [window.pad];
+}
+"""
+NAMELESS = """
+() => [...document.querySelectorAll("button, input, select, a, [tabindex]")]
+  .filter((e) => !(e.getAttribute("aria-label") || e.title || e.textContent.trim()))
+  .filter((e) => !e.closest("label")?.textContent.trim())
+  .map((e) => e.outerHTML)
+"""
+
+
+@dataclass
+class Served:
+    """A page of some seconds of a standing robot; the orders that reach its server."""
+
+    port: int
+    folder: Path
+    orders: list[dict[str, Any]] = field(default_factory=list)
+    armed: bool | None = True
+
+    def open(self) -> PageServer:
+        """Serve it."""
+        body, builder = load_body("nao-v6"), MomentBuilder()
+        server, stop = PageServer("127.0.0.1", self.port, Access()), threading.Event()
+        follower = Follower(server, "nao", "tcp/127.0.0.1:1", stop)
+        info = SimpleNamespace(body=body.name, sheet="", side="emulator", mode="real-time")
+        run = follower._run = LiveRun(info, "robot nao", None)  # type: ignore[arg-type]
+        with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
+            for _ in range(300):
+                robot.advance(None)
+                for message in (robot.frame, robot.truth()):
+                    if (moment := builder.add(message)) is not None:
+                        run.take(moment)
+        guard = GuardStatus(seq=1, state="idle", armed=bool(self.armed), text="")
+        follower._state = describe(run.newest, None if self.armed is None else guard, None, None, 0.0)
+        follower._state["gait"] = "omni"
+        follower._orders = Orders(follower._commands, follower._driving, None, body, None)
+        server.show(*live_page("a page"))
+        server.feed(follower._packed, self.take, lambda _: None)
+        return server
+
+    def take(self, text: str | bytes) -> tuple[str, bool]:
+        """Keep an order."""
+        self.orders.append(json.loads(text))
+        return "Done.", True
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Served:
+    return Served(free_port(), tmp_path)
+
+
+@pytest.fixture
+def page() -> Iterator[Page]:
+    with browser_page([]) as opened:
+        yield opened
+
+
+def tab(page: Page, name: str) -> None:
+    page.get_by_role("tab", name=name).click()
+
+
+def test_a_lost_page_knows_nothing_of_the_robot_and_its_emergency_stop_says_that_it_did_not_go_out(
+    served: Served, page: Page
+) -> None:
+    server = served.open()
+    open_page(page, served.port)
+    server._server.shutdown()  # as a process that is killed: without a word
+    for browser in list(server._browsers):
+        with contextlib.suppress(OSError):
+            browser._connection.socket.shutdown(socket.SHUT_RDWR)
+    until(lambda: "the robot may still move" in page.inner_text("#state"), "the lost connection")
+    assert page.get_by_role("button", name="Walk", exact=True).is_disabled()
+    page.get_by_role("button", name="Emergency stop").click()
+    assert "DID NOT GO OUT" in page.inner_text("#toast")
+    page.wait_for_timeout(2000)
+    assert "ended" not in page.inner_text("body") and "DID NOT GO OUT" in page.inner_text("#toast")
+    page.screenshot(path=served.folder / "lost.png")
+    again = served.open()
+    until(lambda: "the robot may still move" not in page.inner_text("#state"), "the connection")
+    until(lambda: page.get_by_role("button", name="Walk", exact=True).is_enabled(), "the orders")
+    again.close("The end of it.", run=True)
+    until(lambda: "the run has ended" in page.inner_text("#state"), "the run's own word")
+    assert page.inner_text("#toast") == "The end of it."
+
+
+def test_a_connection_that_is_only_silent_counts_as_lost_and_an_unanswered_stop_is_reported(
+    served: Served, page: Page
+) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        page.wait_for_timeout(4000)
+        assert "no connection" not in page.inner_text("#state")  # a robot that sends nothing is none
+        page.evaluate("() => { player.live.socket.onmessage = () => {}; }")  # as with its cable out
+        page.keyboard.press("Escape")
+        until(lambda: "may not have gone out" in page.inner_text("#toast"), "the report", pause=0.05)
+        until(lambda: "the robot may still move" in page.inner_text("#state"), "the loss", pause=0.02)
+        until(lambda: "the robot may still move" not in page.inner_text("#state"), "the next connection")
+    finally:
+        server.close()
+
+
+def test_behind_a_proxy_that_changes_host_the_page_says_why_it_is_refused(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        with proxy("/nao/", served.port, host=f"127.0.0.1:{served.port}") as address:
+            page.goto(address)
+            until(lambda: "proxy changed the header Host" in page.inner_text("#toast"), "the refusal")
+            page.screenshot(path=served.folder / "refused.png")
+    finally:
+        server.close()
+
+
+def test_keys_of_a_control_are_its_own_and_escape_is_the_emergency_stop(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        tab(page, "Walk")
+        page.get_by_label("drive by keys and gamepad").check()
+        page.keyboard.press("w")
+        page.keyboard.press(" ")
+        until(lambda: len(served.orders) == 2, "two keys")
+        assert [order["key"] for order in served.orders] == ["w", " "]
+        page.get_by_label("drive by keys and gamepad").is_checked()
+        for control in ("robot time", "steps, 0: no end", "gait"):
+            page.get_by_label(control, exact=True).focus()
+            page.keyboard.press("ArrowLeft")
+            page.keyboard.press("ArrowDown")
+        page.get_by_label("steps, 0: no end").fill("")
+        page.keyboard.type("wasd")
+        page.get_by_role("button", name="Set without walking").focus()
+        page.keyboard.press(" ")
+        until(lambda: len(served.orders) == 3, "the button's order")
+        assert served.orders[-1]["command"]["op"] == "set"
+        page.get_by_label("steps, 0: no end").focus()
+        page.keyboard.press("Escape")
+        until(lambda: len(served.orders) == 4, "the emergency stop")
+        assert served.orders[-1] == {"do": "stop", "how": "crouch"}
+        tab(page, "World")
+        page.get_by_role("button", name="head front").focus()
+        page.keyboard.down("Enter")
+        page.keyboard.up("Enter")
+        until(lambda: len(served.orders) == 6, "a press")
+        assert [order["command"]["pressed"] for order in served.orders[-2:]] == [True, False]
+    finally:
+        server.close()
+
+
+def test_every_control_has_a_name_for_a_screen_reader(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        assert page.evaluate(NAMELESS) == []
+    finally:
+        server.close()
+
+
+def test_a_gamepad_drives_by_all_axes_and_its_release_is_a_stop(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        page.add_init_script(f"({GAMEPAD})()")
+        open_page(page, served.port)
+        tab(page, "Walk")
+        page.get_by_label("drive by keys and gamepad").check()
+        page.evaluate("pad.axes = [0.5, -1, -1, 0]")
+        until(lambda: served.orders, "an order")
+        assert served.orders[-1] == {"do": "steer", "velocity": pytest.approx([0.4, -0.1, 1.5])}
+        for release in ("pad.axes = [0.05, 0, 0, 0]", "pad.connected = false", "player.live.driving.click()"):
+            page.evaluate("pad.connected = true; pad.axes = [0, -1, 0, 0]")
+            until(lambda: served.orders[-1]["velocity"] == [0.4, 0, 0], "the walk")
+            page.evaluate(release)
+            until(lambda: served.orders[-1]["velocity"] == [0, 0, 0], f"the stop of {release}")
+    finally:
+        server.close()
+
+
+def test_the_past_of_a_live_run_is_marked_and_orders_act_now(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        assert "past" not in page.inner_text("#state")
+        page.evaluate("player.goTo(player.last - 1)")
+        until(lambda: "the past, 1.0 s ago" in page.inner_text("#state"), "the mark")
+        assert page.locator("body.past").count() == 1
+        page.screenshot(path=served.folder / "past.png")
+        page.get_by_role("button", name="Walk", exact=True).click()
+        until(lambda: served.orders, "the order")
+        page.get_by_role("button", name="Live").click()
+        until(lambda: "past" not in page.inner_text("#state"), "the present")
+    finally:
+        server.close()
+
+
+@pytest.mark.parametrize(("armed", "shown"), [(True, "Walk"), (False, "Arm"), (None, "Walk")])
+def test_arm_is_offered_only_by_the_robots_own_word(
+    served: Served, page: Page, armed: bool | None, shown: str
+) -> None:
+    served.armed = armed
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        for name in ("Walk", "Arm"):
+            assert page.get_by_role("button", name=name, exact=True).is_visible() == (name == shown)
+    finally:
+        server.close()
