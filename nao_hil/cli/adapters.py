@@ -15,7 +15,7 @@ from bridge.adapters.lola.bridge import LolaBridge
 from bridge.adapters.lola.codec import DEFAULT_SOCKET
 from bridge.adapters.lola.packets import Identity
 from bridge.adapters.lola.server import LolaServer
-from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
+from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_free, require_qi
 from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.errors import ConfigurationError
@@ -172,6 +172,7 @@ def serve_naoqi(
     url = split_open(url, lambda plain: check_url(plain)[0])
 
     require_qi()
+    require_free(url)  # before the link is opened: nothing has to be ended
     log_to_stderr()
     stop = threading.Event()
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -51,8 +51,8 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     assert walker.result["done"] and walker.result["steps"] == 8
     loop["bridge"].interrupt()
     bridged = loop["bridge"].result
-    assert 0 <= bridged["packets"] - bridged["commands"] <= 1  # the last packet has no answer
-    assert bridged["commands"] > walker.result["ticks"]  # it crouched in the end
+    # packets before the first map, and the last one, have no answer
+    assert bridged["packets"] >= bridged["commands"] > walker.result["ticks"]  # it crouched in the end
     loop["server"].interrupt()
     assert loop["server"].result["dropped_bytes"] == 0
     loop["robot"].interrupt()

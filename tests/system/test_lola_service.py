@@ -208,13 +208,15 @@ def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCapture
     client.read()
     client.send(pack(Position=[30.0, *[0.0] * 24]))
     assert robot.command().position[0] == 30.0  # the robot's own ranges clip it
-    assert sorted(record.getMessage() for record in caplog.records) == [
-        "the client's `Position` needs 25 numbers and has 24 elements; it was ignored.",
-        "the client's `Position` of HeadYaw is 30 rad, which no joint reaches; are they degrees? "
-        "Angles are in radians.",
-        "the client's `Position` of HeadYaw is nan and was ignored; a finite number is expected.",
-        "the client's `Stiffness` of HeadYaw is 7 and was clipped; -1 to 1 is allowed.",
-    ]
+    logged = sorted(record.getMessage() for record in caplog.records)
+    words = (
+        "`Position` needs 25 numbers",
+        "HeadYaw is 30 rad",
+        "HeadYaw is nan",
+        "`Stiffness` of HeadYaw is 7",
+    )
+    assert len(logged) == len(words)
+    assert all(word in line for word, line in zip(words, logged, strict=True))
 
 
 def test_what_a_server_cannot_use_is_told_once_for_each_connection(

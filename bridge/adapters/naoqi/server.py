@@ -12,7 +12,6 @@ from bridge.adapters.naoqi.core.cameras import CameraFeed, DrawnCameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.core.walking import WalkingMethods
-from bridge.adapters.naoqi.qi_library import require_free
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
 from bridge.body import Body, body_of
@@ -60,7 +59,6 @@ class NaoqiServer:
         home: Path,
         priority: int | None = None,
     ) -> None:
-        require_free(url)
         self._priority = priority
         self._link, self._url, self._stop = link, url, stop
         self._gait, self._full, self._start_walker = gait, full, start_walker

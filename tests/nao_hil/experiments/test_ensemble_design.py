@@ -75,5 +75,5 @@ def test_a_members_figures_are_those_of_the_file() -> None:
     ensemble = load_ensemble()
     values = dict(zip(ensemble.unknowns, ensemble.members[0].values, strict=True))
     trial = try_robot(Draw(values, ensemble.engine))
-    # not to the bit: another processor or library may round otherwise
-    assert trial.figures == pytest.approx(ensemble.members[0].figures, rel=0.05)
+    # not to the bit: processors round differently, and the tracking errors depend on the gait that walks
+    assert trial.figures == pytest.approx(ensemble.members[0].figures, rel=0.10)

@@ -99,7 +99,7 @@ class Robot:
             if done.done():
                 break
             self.run(0.05)
-        return done.result(0.0)
+        return done.result(10.0)  # a file is read in a thread, whatever the robot's time
 
     def motion(self, method: str, *arguments: Any) -> Any:
         return self.call("ALMotion", method, *arguments)

@@ -63,10 +63,8 @@ def test_an_angle_in_degrees_is_warned_of_once(robot: Robot, caplog: pytest.LogC
         robot.motion("angleInterpolation", "HeadYaw", 90.0, 0.3, True)
         robot.run(0.5)
     said = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
-    assert said == [
-        "ALMotion: the angle of HeadYaw is 90 rad, which no joint reaches; are they degrees? "
-        "Angles are in radians."
-    ]
+    assert len(said) == 1
+    assert "HeadYaw is 90 rad" in said[0] and "degrees?" in said[0]
 
 
 def test_set_angles_goes_at_its_fraction_of_the_joints_largest_speed(robot: Robot) -> None:
