@@ -20,7 +20,7 @@ from bridge.recording.canonical import FrameHash
 from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.analysis.inspection import inspect
-from nao_hil.recording import load
+from nao_hil.runs.run import load
 from tests.frames import standing_frame, truth_frame, walk_telemetry
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}

@@ -7,20 +7,23 @@ capture point outside the support polygon for a moment included, is no symptom.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from bridge.body.joints import JOINTS
 from bridge.messages.frames import ORDER
 from bridge.stance import FALLEN_TILT
 from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, Stand
+from nao_hil.runs.track import LEG_COLUMNS
 from nao_hil.runs.walk_figures import FallWatch
 
-Kind = Literal["world", "order", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
+Kind = Literal["world", "order", "limp", "missed", "zmp", "slip", "late", "early", "tilt", "fall"]
 OUTSIDE: Final = ("world", "order", "fall")
-"""Kinds that are no sign of trouble: done to the robot, ordered, and the fall itself."""
+"""Kinds that are no sign of trouble in the robot: done by the world, ordered, and the fall itself."""
+CAUSES: Final = ("world", "limp", "missed")
+"""Kinds that are done to the robot and make it fall; its own signs follow from them."""
 EVENT_CODES: Final[dict[str, Kind]] = {
     "world": "world",
     "fault": "world",
@@ -102,13 +105,14 @@ def lean_angle(balance: Balance) -> float:
 
 def fallen(balance: Balance, lean: float) -> bool:
     """Whether the robot is beyond help: by the ground truth, else by its lean (rad) or its walker's word."""
-    if balance.moment.truth is not None:
-        return balance.moment.truth.fell
-    walk = balance.moment.walk
+    if balance.cycle.truth is not None:
+        return balance.cycle.truth.fell
+    walk = balance.cycle.walk
     return lean > FALLEN_TILT or (walk is not None and walk.state == "fallen")
 
 
 MEANING: Final[dict[Kind, str]] = {
+    "limp": "The motor of a joint is off while the others hold, so the joint gives way under the robot.",
     "zmp": "The ground pushes back at the very edge of the feet, and the robot begins to tip over that edge.",
     "slip": "A foot that bears weight slides over the ground, so the robot is not where its plan has it.",
     "late": "The foot is still in the air when the plan already puts weight on it.",
@@ -164,6 +168,10 @@ MISSED_TIME: Final = 0.2
 """s"""
 
 
+LIMP: Final = (0.1, 0.5)
+"""Stiffness under which a leg joint is limp, and over which another one must be."""
+
+
 STARTING: Final = 0.5
 """Time after a start in which cycles that a controller misses are no sign of anything: it is only coming, s."""
 
@@ -173,14 +181,14 @@ UNUSED: Final = 1.0
 
 
 class Symptoms:
-    """Watches a robot moment by moment.
+    """Watches a robot cycle by cycle.
 
     Args:
         observer: The one that makes the balances: it knows the body.
     """
 
     def __init__(self, observer: BalanceEstimator) -> None:
-        self._kinematics = observer.kinematics
+        self._kinematics, self._cycle = observer.kinematics, observer.body.cycle
         self._begin()
 
     def _begin(self) -> None:
@@ -190,7 +198,8 @@ class Symptoms:
         self._late: dict[Side, LastingSign] = {side: LastingSign(LATE_TIME) for side in SIDES}
         self._early: dict[Side, LastingSign] = {side: LastingSign(EARLY_TIME) for side in SIDES}
         self._flown: dict[Side, bool] = {side: False for side in SIDES}
-        self._tilt = LastingSign(0.0)
+        self._tilt, self._pause = LastingSign(0.0), LastingSign(0.0)
+        self._limp = {slot: LastingSign(0.0) for slot in LEG_COLUMNS}
         self._watch = FallWatch()
         self._missed: list[tuple[float, int]] = []
         self._lies = False
@@ -206,12 +215,13 @@ class Symptoms:
         return last - max(self._controlled, began) > UNUSED
 
     def update(self, balance: Balance) -> list[Symptom]:
-        """New symptoms at this moment."""
-        if self._last is not None and balance.moment.sensors.seq < self._last.moment.sensors.seq:
+        """New symptoms in this cycle."""
+        if self._last is not None and balance.cycle.sensors.seq < self._last.cycle.sensors.seq:
             self._begin()
         self._note_control(balance)
         found = [
             *self._world(balance),
+            *self._limp_joints(balance),
             *self._missing(balance),
             *self._balance(balance),
             *(s for side in SIDES for s in self._foot(balance, side)),
@@ -226,7 +236,7 @@ class Symptoms:
 
     def _note_control(self, balance: Balance) -> None:
         """When the torso control last did something in a walk."""
-        walk, time = balance.moment.walk, balance.moment.sensors.time
+        walk, time = balance.cycle.walk, balance.cycle.sensors.time
         if walk is None or walk.state not in ("walk", "stopping"):
             return
         if self._walked is None or time - self._walked[1] > UNUSED:
@@ -236,16 +246,33 @@ class Symptoms:
             self._controlled = time
 
     def _world(self, balance: Balance) -> list[Symptom]:
-        time = balance.moment.sensors.time
+        time = balance.cycle.sensors.time
         return [
             Symptom(time, EVENT_CODES[notice.code], notice.text.rstrip("."))
-            for notice in balance.moment.notices
+            for notice in balance.cycle.notices
             if notice.code in EVENT_CODES
         ]
 
+    def _limp_joints(self, balance: Balance) -> list[Symptom]:
+        frame = balance.cycle.sensors
+        off, on = LIMP
+        holds = max(frame.stiffness[slot] for slot in self._limp) > on
+        limp = [
+            JOINTS[slot]
+            for slot, sign in self._limp.items()
+            if sign.update(frame.time, holds and frame.stiffness[slot] < off) is not None
+        ]
+        return [Symptom(frame.time, "limp", f"{', '.join(limp)} went limp")] if limp else []
+
     def _missing(self, balance: Balance) -> list[Symptom]:
-        frame = balance.moment.sensors
+        frame = balance.cycle.sensors
         if frame.time < STARTING:
+            return []
+        walk, age = balance.cycle.walk, frame.seq - frame.command if frame.command >= 0 else 0
+        paused = age > MISSED and walk is not None and walk.state in ("walk", "stopping")
+        if self._pause.update(frame.time, paused) is not None:
+            return [Symptom(frame.time - age * self._cycle, "missed", "no more commands came")]
+        if paused:
             return []
         self._missed = [(t, n) for t, n in self._missed if frame.time - t <= MISSED_TIME]
         self._missed.append((frame.time, frame.missed))
@@ -256,16 +283,16 @@ class Symptoms:
         return [Symptom(time, "missed", f"the controller missed {frame.missed - before} cycles")]
 
     def _balance(self, balance: Balance) -> list[Symptom]:
-        began = self._tipping[balance.true is not None].update(balance.moment.sensors.time, balance.best)
+        began = self._tipping[balance.true is not None].update(balance.cycle.sensors.time, balance.best)
         return [] if began is None else [Symptom(began, "zmp", "the ZMP left the support polygon")]
 
     def _foot(self, balance: Balance, side: Side) -> list[Symptom]:
         found = []
-        time, word = balance.moment.sensors.time, {"L": "left", "R": "right"}[side]
+        time, word = balance.cycle.sensors.time, {"L": "left", "R": "right"}[side]
         slipping = self._slip[side].update(time, self._slip_speed(balance, side) > SLIP_SPEED)
         if slipping is not None:
             found.append(Symptom(slipping, "slip", f"the {word} foot slipped"))
-        plan, walk = balance.plan, balance.moment.walk
+        plan, walk = balance.plan, balance.cycle.walk
         if plan is None or walk is None or walk.state not in ("walk", "stopping"):
             return found
         touches, lift = balance.best.contacts.of(side), plan.lift[side]
@@ -283,10 +310,10 @@ class Symptoms:
     def _slip_speed(self, balance: Balance, side: Side) -> float:
         """Speed over the ground of the point of the sole that bears the load, m/s; 0 without ground truth."""
         last, now = self._last, balance
-        if last is None or last.true is None or now.true is None or now.moment.truth is None:
+        if last is None or last.true is None or now.true is None or now.cycle.truth is None:
             return 0.0
-        contact = now.moment.truth.left if side == "L" else now.moment.truth.right
-        dt = now.moment.sensors.time - last.moment.sensors.time
+        contact = now.cycle.truth.left if side == "L" else now.cycle.truth.right
+        dt = now.cycle.sensors.time - last.cycle.sensors.time
         if contact.cop is None or contact.force[2] < LOADED or dt <= 0.0:
             return 0.0
         point = np.array([*contact.cop, self._kinematics.centres[side][2], 1.0])
@@ -300,21 +327,15 @@ class Symptoms:
         return low[side] - min(low.values())
 
     def _posture(self, balance: Balance) -> list[Symptom]:
-        time = balance.moment.sensors.time
+        time = balance.cycle.sensors.time
         lean = lean_angle(balance)
         found = []
         if (tilted := self._tilt.update(time, lean > TILT)) is not None:
             found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
-        if balance.moment.walk is not None:
-            self._watch.telemetry(balance.moment.walk)
-        for notice in balance.moment.notices:
+        if balance.cycle.walk is not None:
+            self._watch.telemetry(balance.cycle.walk)
+        for notice in balance.cycle.notices:
             self._watch.notice(notice)
         if self._watch.update(down=fallen(balance, lean)):
             found.append(Symptom(time, "fall", "the robot fell"))
         return found
-
-
-def first_of(symptoms: Sequence[Symptom]) -> Symptom | None:
-    """The earliest sign that is the robot's own, not something done to it."""
-    own = [s for s in symptoms if s.kind not in OUTSIDE]
-    return min(own, key=lambda s: s.time, default=None)
