@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from pathlib import Path
 
 import msgspec
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
+from bridge.body.joints import JOINTS
 from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import total_mass
 from bridge.guard import Guard
@@ -29,6 +31,7 @@ from nao_hil.analysis.diagnosis import (
     symptoms_of,
 )
 from nao_hil.analysis.diagnosis.balance import true_pose
+from nao_hil.analysis.diagnosis.symptoms import Kind
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
@@ -187,6 +190,39 @@ def test_a_controller_that_is_only_coming_misses_nothing(quiet: list[Cycle]) -> 
         m._replace(sensors=msgspec.structs.replace(m.sensors, missed=min(20, m.sensors.seq))) for m in quiet
     ]
     assert not [s for s in symptoms_of(late, BODY) if s.kind == "missed"]
+
+
+def edited(cycles: list[Cycle], begin: int, **fields: object) -> list[Cycle]:
+    """The cycles with other fields in the sensor frames from one on."""
+    return [
+        c if c.sensors.seq < begin else c._replace(sensors=msgspec.structs.replace(c.sensors, **fields))
+        for c in cycles
+    ]
+
+
+def test_a_leg_joint_that_alone_has_no_stiffness_is_named(quiet: list[Cycle]) -> None:
+    def stiffness(limp: Collection[str]) -> tuple[float, ...]:
+        return tuple(0.0 if joint in limp else 1.0 for joint in JOINTS)
+
+    (limp,) = symptoms_of(edited(quiet, 300, stiffness=stiffness(("LKneePitch",))), BODY)
+    assert (limp.kind, limp.time) == ("limp", pytest.approx(300 * BODY.cycle)) and "LKneePitch" in limp.text
+    assert symptoms_of(edited(quiet, 300, stiffness=stiffness(("HeadYaw", "LHand"))), BODY) == []
+    assert symptoms_of(edited(quiet, 300, stiffness=stiffness(JOINTS)), BODY) == []  # by order, as at rest
+
+
+def test_a_pause_of_the_commands_is_named_with_its_beginning(quiet: list[Cycle]) -> None:
+    assert quiet[330].walk is not None and quiet[330].walk.state == "walk"
+    (pause,) = symptoms_of(edited(quiet, 300, command=299)[:400], BODY)
+    assert (pause.kind, pause.time) == ("missed", pytest.approx(299 * BODY.cycle))
+
+
+@pytest.mark.parametrize("kind", ["limp", "missed", "world"])
+def test_a_cause_is_named_before_the_slip_that_follows(kind: Kind) -> None:
+    cause, slip = Symptom(4.0, kind, "the cause"), Symptom(5.8, "slip", "the left foot slipped")
+    fall = Symptom(6.3, "fall", "the robot fell")
+    diagnosis = explain([cause, slip, fall])
+    assert diagnosis is not None and (diagnosis.before, diagnosis.first) == (cause, slip)
+    assert diagnosis.sentence.index(cause.text) < diagnosis.sentence.index(slip.text)
 
 
 @pytest.mark.parametrize("off", [False, True])
