@@ -87,13 +87,12 @@ def _labelled(file: Path, robot: str | None, begin: float, end: float | None) ->
     Raises:
         ConfigurationError: it has no sensor frame in that time.
     """
-    from nao_hil.analysis.run_title import run_title
     from nao_hil.runs.run import load
 
     run = load(file, robot).between(begin, math.inf if end is None else end)
     if not run["sensors"].rows:
         raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
-    return run, ", ".join(word for word in (run_title(run), _label(file)) if word)
+    return run, ", ".join(word for word in (run.title, _label(file)) if word)
 
 
 def chosen(what: str) -> list[str]:

@@ -203,6 +203,13 @@ class Run(Mapping[str, Table]):
         return self._body()
 
     @property
+    def title(self) -> str:
+        """Robot, wear, gait and seed, as far as they are known."""
+        known = {key: self.config.get(key) for key in ("robot", "wear", "gait", "seed")}
+        names = {key: Path(str(value)).name for key, value in known.items() if value not in (None, "")}
+        return ", ".join(name if key == "robot" else f"{key} {name}" for key, name in names.items())
+
+    @property
     def fell(self) -> float | None:
         """Robot time at which the robot had fallen by the ground truth, s; None: it did not, or it has none."""
         truth = self["world/truth"]

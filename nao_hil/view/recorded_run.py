@@ -13,7 +13,6 @@ from rich.progress import track
 from bridge.errors import ConfigurationError
 from bridge.messages.world_state import WorldReply
 from nao_hil.analysis.diagnosis import BalanceEstimator, Symptom, Symptoms, explain
-from nao_hil.analysis.run_title import run_title
 from nao_hil.runs.run import Cycle, Run
 from nao_hil.view.rows import RunRows, events_json
 
@@ -55,7 +54,7 @@ def recorded_rows(run: Run, title: str, world: WorldReply | None) -> bytes:
         raise ConfigurationError("The recording holds no sensor frame; record a robot that runs.")
     events = events_json(symptoms, explain(symptoms, torso_off=off), stood)
     chosen = np.array(table[:: 1 + len(table) // MAX_ROWS])
-    return rows.pack(chosen, prints, title=title, subtitle=run_title(run), **events)
+    return rows.pack(chosen, prints, title=title, subtitle=run.title, **events)
 
 
 def first_run(cycles: Iterable[Cycle]) -> Iterator[Cycle]:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.body.joints import JOINTS
+from bridge.body.joints import INDEX, JOINTS
 from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import total_mass
 from bridge.guard import Guard
-from bridge.messages import WalkTelemetry
+from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.messages.faults import JointStuck
 from bridge.recording.recorder import Recorder
 from bridge.rotations import rotation
@@ -36,6 +37,7 @@ from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
 from nao_hil.runs.run import Cycle, RunObserver, load
+from walker.controller import Controller
 from walker.estimation.odometry import GroundPlane, Odometry
 from walker.gaits.plan import Foothold
 
@@ -275,3 +277,59 @@ def test_a_knee_that_jams_is_named() -> None:
     diagnosis = explain(symptoms_of(walk("dynamic", scenario, 9.0), BODY))
     assert diagnosis is not None and diagnosis.before is not None
     assert "joint-stuck:LKneePitch" in diagnosis.sentence
+
+
+def test_a_sign_that_lasted_only_after_a_push_is_a_sign_of_it() -> None:
+    edge = Symptom(3.98, "zmp", "the ZMP left the support polygon", counted=4.2)
+    push, fall = Symptom(4.0, "world", "Torso is pushed"), Symptom(4.6, "fall", "the robot fell")
+    diagnosis = explain([edge, push, fall])
+    assert diagnosis is not None and diagnosis.before == push
+    assert [s.kind for s in diagnosis.chain] == ["world", "zmp", "fall"]
+
+
+class Troubled:
+    """A controller of which, for a time (s), a joint has no stiffness, or without one frames have no answer."""
+
+    def __init__(self, controller: Controller, joint: str, begin: float, end: float) -> None:
+        self._controller, self._joint, self._begin, self._end = controller, joint, begin, end
+        self._last: ActuatorFrame | None = None
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._controller, name)
+
+    def tick(self, frame: SensorFrame) -> ActuatorFrame:
+        command = self._controller.tick(frame)
+        if self._begin <= frame.time < self._end:
+            if not self._joint:
+                return self._last or command
+            stiffness = list(command.stiffness)
+            stiffness[INDEX[self._joint]] = 0.0
+            command = msgspec.structs.replace(command, stiffness=tuple(stiffness))
+        self._last = command
+        return command
+
+
+@pytest.mark.parametrize(
+    ("joint", "lasting", "impulse", "kind"),
+    [("LKneePitch", 9.0, 0.0, "limp"), ("", 1.5, 0.0, "missed"), ("", 0.0, 6.0, "world")],
+    ids=["limp", "pause", "push"],
+)
+def test_a_fall_is_blamed_on_what_came_before_it_and_not_on_its_first_sign(
+    joint: str, lasting: float, impulse: float, kind: str
+) -> None:
+    """Robots of three seeds; the cause comes in another phase of each one's step."""
+    blamed = []
+    for seed in (21, 22, 23):
+        begin, settings = 3.0 + 0.13 * (seed - 21), RunConfig(gait="omni", velocity=(0.2, 0.0, 0.0))
+        pushes = (PushEvent(time=begin, impulse=impulse, direction=90.0),) if impulse else ()
+        keeper = RunObserver(BODY)
+        with EmulatedRobot(BODY, seed=seed, engine="mujoco", scenario=Scenario(pushes=pushes)) as robot:
+            controller: Any = Troubled(
+                controller_maker(settings)(BODY, BODY.cycle), joint, begin, begin + lasting
+            )
+            run(robot, Guard(BODY), controller, [keeper], 600, ended=lambda: robot.truth().fell)
+        if (diagnosis := diagnose(keeper.run)) is not None:
+            assert diagnosis.before is not None, diagnosis.sentence
+            blamed.append((diagnosis.before.kind, diagnosis.before.time - begin))
+    assert len(blamed) >= 2  # the others stand
+    assert all(named == kind and abs(late) < 0.05 for named, late in blamed), blamed

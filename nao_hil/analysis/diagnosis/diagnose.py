@@ -69,14 +69,16 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
             break
         chain.insert(0, symptom)
         until = symptom.time
-    begin = chain[0].time if chain else fall.time
+    begin = max(chain[0].time, chain[0].counted) if chain else fall.time
     done = [s for s in ordered if s.kind in CAUSES and begin - CAUSE_WINDOW <= s.time <= fall.time]
-    before = [s for s in done if s.time <= begin and not s.text.endswith(" ends")]
+    before = next((s for s in reversed(done) if s.time <= begin and not s.text.endswith(" ends")), None)
+    if before is not None:  # every step has begins of signs; those that lasted only after it are its own
+        chain = [s._replace(time=max(s.time, before.time)) for s in chain]
     return Diagnosis(
         fell=fall.time,
         chain=(*sorted([*done, *chain], key=lambda s: s.time), fall),
         first=chain[0] if chain else None,
-        before=before[-1] if before else None,
+        before=before,
         torso_off=torso_off,
     )
 

@@ -54,6 +54,8 @@ class Symptom(NamedTuple):
     kind: Kind
     text: str
     """Text for people, without the time."""
+    counted: float = -math.inf
+    """When it had lasted long enough to be one, s; not known: when it began."""
 
 
 class LastingSign:
@@ -229,6 +231,7 @@ class Symptoms:
         ]
         if self._lies:  # motions of a robot that lies are no symptom
             found = [s for s in found if s.kind in ("world", "order")]
+        found = [s._replace(counted=balance.cycle.sensors.time) for s in found]
         lean = lean_angle(balance)
         self._lies = fallen(balance, lean) or (self._lies and lean > TILT)
         self._last = balance

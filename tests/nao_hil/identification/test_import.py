@@ -103,7 +103,7 @@ def test_an_old_compressed_bhuman_log_is_read(tmp_path: Path) -> None:
 
 def test_a_bhuman_log_that_was_cut_off_has_its_whole_frames(tmp_path: Path) -> None:
     log = write_log(tmp_path / "cut.log", [motion_frame(k) for k in range(5)], closed=False)
-    assert len(read_bhuman(log).time) == 4
+    assert read_bhuman(log)["sensors"].rows == 4
 
 
 @pytest.mark.parametrize(
@@ -275,7 +275,11 @@ def test_a_csv_with_names_of_its_own_is_mapped(tmp_path: Path) -> None:
 def test_a_csv_without_times_has_a_rate(tmp_path: Path) -> None:
     (tmp_path / "gyro.csv").write_text("wx\n1\n2\n3\n")
     (tmp_path / "columns.toml").write_text('rate = 50.0\n[columns]\n"gyroscope.x" = "wx"\n')
-    assert read_csv(tmp_path / "gyro.csv", tmp_path / "columns.toml").time.tolist() == [0.0, 0.02, 0.04]
+    assert read_csv(tmp_path / "gyro.csv", tmp_path / "columns.toml")["sensors"]["time"].tolist() == [
+        0.0,
+        0.02,
+        0.04,
+    ]
 
 
 @pytest.mark.parametrize(
