@@ -32,16 +32,10 @@ EVENT_CODES: Final[dict[str, Kind]] = {
     "guard-armed": "order",
 }
 """Code of a notice -> kind of its event."""
-
-
 EDGE: Final = 0.003
 """Margin under which the zero moment point is at the edge of the support polygon, m."""
-
-
 LOST: Final = 0.03
 """Distance of the capture point beyond the polygon from which the feet alone do not bring it back, m."""
-
-
 GAP: Final = 0.05
 """Interruption that does not end a sign, s."""
 
@@ -123,61 +117,33 @@ MEANING: Final[dict[Kind, str]] = {
     "tilt": "The torso leans further than this walk ever does when it goes well.",
 }
 """Meaning of a symptom, for a first reader."""
-
-
 TIPPING: Final = {True: 0.1, False: 0.2}
 """How long it stays there in a symptom, s, by the ground truth and by the sensors: an untroubled dynamic gait
 comes to 0.06 and 0.19 s."""
-
-
 SLIP_SPEED: Final = 0.1
 """Of the loaded part of a sole over the ground, m/s; rolling over an edge in a good walk comes to 0.08."""
-
-
 SLIP_TIME: Final = 0.05
 """s"""
-
-
 LOADED: Final = 12.0
 """Vertical force under which a foot that moves does not count as slipping, N."""
-
-
 LATE_TIME: Final = 0.15
 """After the planned touch-down, s."""
-
-
 LATE_HEIGHT: Final = 0.005
 """Height over the other sole under which a foot without load is not late but only unloaded, m."""
-
-
 EARLY_HEIGHT: Final = 0.004
 """Planned height over which a touch-down is early, m."""
-
-
 EARLY_TIME: Final = 0.05
 """s"""
-
-
 TILT: Final = math.radians(12.0)
 """Of the torso from the vertical, more than an untroubled walk of a nominal robot."""
-
-
 MISSED: Final = 5
 """Cycles without an answer within `MISSED_TIME`."""
-
-
 MISSED_TIME: Final = 0.2
 """s"""
-
-
 LIMP: Final = (0.1, 0.5)
 """Stiffness under which a leg joint is limp, and over which another one must be."""
-
-
 STARTING: Final = 0.5
 """Time after a start in which cycles that a controller misses are no sign of anything: it is only coming, s."""
-
-
 UNUSED: Final = 1.0
 """Time of a walk in which a torso control that corrects nothing at all counts as off, s."""
 

@@ -30,8 +30,10 @@ def torso(run: Run, figure: Figure) -> None:
     own = np.column_stack([walk["angle"], walk["place"][:, 2]])
     for i, ax in enumerate(axes):
         if i < 2:
-            plot_line(ax, sensors["time"], _degrees(sensors["angle"][:, i]), "fused angle of the robot", lw=0.8)
-        plot_line(ax, walk_time(run), _degrees(own[:, i]), "as the walker takes it", lw=0.8)
+            fused = _degrees(sensors["angle"][:, i])
+            plot_line(ax, sensors["time"], fused, "fused angle of the robot", color="tab:blue", lw=0.8)
+        walker = _degrees(own[:, i])
+        plot_line(ax, walk_time(run), walker, "as the walker takes it", color="tab:orange", lw=0.8)
         plot_line(ax, truth["time"], _degrees(true[:, i]), "ground truth", color="black", lw=0.8)
     axes[0].legend(fontsize=8)
 
