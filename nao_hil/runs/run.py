@@ -314,7 +314,8 @@ _TIME: Final = Column("s")
 
 def _table(rows: Sequence[Recorded], declared: Mapping[str, Column]) -> Table:
     columns = {name: _column([one.message for one in rows], name, declared[name]) for name in declared}
-    return Table(columns | {"time": np.array([one.time for one in rows], dtype=np.float64)}, declared)
+    time = np.array([one.time for one in rows], dtype=np.float64)
+    return Table(columns if "time" in columns else columns | {"time": time}, declared)
 
 
 def _column(messages: Sequence[Any], name: str, declared: Column) -> Array:
