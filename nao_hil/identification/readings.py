@@ -101,7 +101,7 @@ class LoggedRun(Run):
             "sensors": Table({**measured, "time": time}, COLUMNS[SensorFrame]),
             "actuators": Table({**asked, "time": command_time if asked else time[:0]}, COLUMNS[ActuatorFrame]),
         }
-        super().__init__(tuple, config or {}, _unknown_body, tables)
+        super().__init__(tuple, lambda: config or {}, _unknown_body, tables)
         self.own_clock, self.notes = own_clock, notes
 
 

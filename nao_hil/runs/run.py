@@ -156,7 +156,7 @@ class Run(Mapping[str, Table]):
 
     Args:
         messages: Gives all messages in their order, as often as it is called.
-        config: Configuration of the run, as plain values; empty: not known.
+        config: Gives the configuration of the run, as plain values; empty: not known.
         body: Makes its robot's data sheet, or raises ConfigurationError.
         tables: By topic; None: made from the messages when they are first asked for.
     """
@@ -164,11 +164,11 @@ class Run(Mapping[str, Table]):
     def __init__(
         self,
         messages: Callable[[], Iterable[Recorded]],
-        config: dict[str, Any],
+        config: Callable[[], dict[str, Any]],
         body: Callable[[], Body],
         tables: Mapping[str, Table] | None = None,
     ) -> None:
-        self.messages, self.config, self._body = messages, config, body
+        self.messages, self._config, self._body = messages, config, body
         if tables is not None:
             self._tables = {topic: tables.get(topic) or _table((), _TOPICS[topic]) for topic in _TOPICS}
 
@@ -192,6 +192,11 @@ class Run(Mapping[str, Table]):
 
     def __len__(self) -> int:
         return len(_TOPICS)
+
+    @cached_property
+    def config(self) -> dict[str, Any]:
+        """Configuration of the run, as plain values; empty: not known."""
+        return self._config()
 
     @cached_property
     def body(self) -> Body:
@@ -223,7 +228,7 @@ class Run(Mapping[str, Table]):
 
         return Run(
             lambda: (one for one in self.messages() if begin <= one.time <= end),
-            self.config,
+            lambda: self.config,
             lambda: self.body,
             {topic: part(table) for topic, table in self.items()},
         )
@@ -249,7 +254,7 @@ class RunObserver(Observer):
     def __init__(self, body: Body, config: dict[str, Any] | None = None) -> None:
         self._messages: list[Recorded] = []
         self._time = 0.0
-        self.run = Run(lambda: self._messages, config or {}, lambda: body)
+        self.run = Run(lambda: self._messages, lambda: config or {}, lambda: body)
         """The run; complete at its end."""
 
     def message(self, message: Message) -> None:
@@ -285,9 +290,13 @@ def load(file: str | Path, robot: str | None = None) -> Run:
         ConfigurationError: no such file, or not a recording; of a damaged one when the first table is read.
     """
     path = recording_of(file_path("file", file))
-    config = recorded_config(path)
-    body = partial(recorded_body, path, robot)
-    return Run(partial(read_recording, path), config if isinstance(config, dict) else {}, body)
+    read_recording(path)  # a file that is none is reported at once
+
+    def config() -> dict[str, Any]:
+        found = recorded_config(path)
+        return found if isinstance(found, dict) else {}
+
+    return Run(partial(read_recording, path), config, partial(recorded_body, path, robot))
 
 
 class _Unknown(KeyError):
