@@ -82,20 +82,20 @@ def to_walk_frame(run: Run, points: Array) -> Array:
     return np.asarray((points - origin) @ R, dtype=np.float64)
 
 
-def _on_feet(run: Run, column: str) -> Array:
-    """A place by the ground truth in the walk frame up to the first fall, shape (n, 2), m."""
-    truth = run["world/truth"]
-    rows = int(truth["fell"].argmax()) if truth["fell"].any() else truth.rows
-    return to_walk_frame(run, truth[column][:rows, :2])
+def _before_fall(run: Run) -> Run:
+    """The run up to the cycle before its first fall."""
+    return run if run.fell is None else run.between(-math.inf, run.fell - 0.5 * run.body.cycle)
 
 
 def plane(run: Run, figure: Figure) -> None:
     """Footprints, ZMP and centre of mass from above."""
+    run = _before_fall(run)
     ax, walk = figure.subplots(), run["walk/telemetry"]
     for corners in _footprints(run):
         x, y = MM * corners.T
         ax.fill(x, y, facecolor="0.9", edgecolor="0.6", lw=0.8)
-    ax.plot(*(MM * _on_feet(run, "com")).T, lw=0.8, color="black", label="centre of mass, ground truth")
+    true = MM * to_walk_frame(run, run["world/truth"]["com"][:, :2])
+    ax.plot(*true.T, lw=0.8, color="black", label="centre of mass, ground truth")
     measured = MM * walk["zmp_measured"]
     ax.plot(*measured.T, ".", ms=1.0, color="tab:green", label="ZMP from the foot sensors")
     ax.plot(*(MM * walk["zmp"]).T, lw=1.2, color="tab:orange", label="ZMP planned")
@@ -136,7 +136,7 @@ def margin(run: Run, figure: Figure) -> None:
     for label, column, lw in (("planned ZMP", "zmp", 1.2), ("ZMP from the foot sensors", "zmp_measured", 0.6)):
         points = run["walk/telemetry"][column].tolist()
         distances = [
-            polygon.margin((x, y)) if x == x else math.nan
+            math.nan if math.isnan(x) else polygon.margin((x, y))
             for polygon, (x, y) in zip(polygons, points, strict=True)
         ]
         plot_line(ax, walk_time(run), MM * np.array(distances), label, lw=lw)
@@ -146,9 +146,10 @@ def margin(run: Run, figure: Figure) -> None:
 
 def path(run: Run, figure: Figure) -> None:
     """Way over ground, in the walk frame."""
-    ax = figure.subplots()
+    run, ax = _before_fall(run), figure.subplots()
     feet = 0.5 * (run["walk/telemetry"]["left"] + run["walk/telemetry"]["right"])[:, :2]
     ax.plot(*feet.T, lw=1.0, label="odometry by the plan")
-    ax.plot(*_on_feet(run, "torso_position").T, lw=0.8, color="black", label="torso, ground truth")
+    true = to_walk_frame(run, run["world/truth"]["torso_position"][:, :2])
+    ax.plot(*true.T, lw=0.8, color="black", label="torso, ground truth")
     ax.set(xlabel="x, m", ylabel="y, m", aspect="equal")
     ax.legend(fontsize=8)
