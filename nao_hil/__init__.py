@@ -2,7 +2,7 @@
 
 `Robot` is the emulated robot in this process, `Batch` many of them, `walk` a whole walk. `connect` controls any
 robot on the link, emulated or real. `WalkClient` commands a walker, `WorldClient` the world of an emulated
-robot. `load` gives a recording as arrays. `JOINTS` names the 25 joints in the order of all frames; the base
+robot. `load` gives a recorded run as arrays. `JOINTS` names the 25 joints in the order of all frames; the base
 of all errors, each with one sentence, is `NaoHilError`.
 """
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from bridge.link.client import WalkClient, WorldClient
     from nao_hil.batch import Batch
     from nao_hil.connection import connect
-    from nao_hil.recording import load
     from nao_hil.robot import Robot, walk
+    from nao_hil.runs.run import load
 
     __version__: str
 
@@ -32,7 +32,7 @@ _HOME: Final = {
     "WalkClient": "bridge.link.client",
     "WorldClient": "bridge.link.client",
     "connect": "nao_hil.connection",
-    "load": "nao_hil.recording",
+    "load": "nao_hil.runs.run",
     "walk": "nao_hil.robot",
 }
 """Public name to the module that defines it; imported at the first use, so that `import nao_hil` is quick."""

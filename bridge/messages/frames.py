@@ -53,8 +53,6 @@ ELEMENTS: Final[dict[str, tuple[str, ...]]] = {
     "sonar": ("left", "right"),
 }
 """Fields of `SensorFrame` that a fault can disturb, and the names of their elements in order."""
-UNITS: Final = {"fsr": "N", "sonar": "m"}
-"""Unit of all elements of a field; a field without an entry has none, or several."""
 
 
 def sensor_slots(sensor: str) -> tuple[str, tuple[int, ...]]:

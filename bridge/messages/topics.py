@@ -1,7 +1,8 @@
 """Topics: which message is published under which key of a robot, by which side, and whether it is recorded.
 
 A new message of the link is a struct, a row here, and a call of `RobotHost.emit` (the robot's) or
-`ControllerLink.publish` (a controller's). Rights, recordings, the page and `nao_hil.load` follow this table.
+`ControllerLink.publish` (a controller's). Rights and recordings follow this table; `columns.py` has
+unit and frame of each recorded quantity.
 """
 
 from __future__ import annotations

@@ -101,14 +101,14 @@ def _metadata(path: str | Path) -> dict[str, str]:
     return {}
 
 
-def recorded_body(path: str | Path, named: str | None = None, default: str | None = None) -> Body:
-    """The body that is named, else the recorded one, else the default.
+def recorded_body(path: str | Path, named: str | None = None) -> Body:
+    """The body that is named, else the recorded one.
 
     Raises:
-        ConfigurationError: as `recorded_config`, none of them is given, or one that is not known.
+        ConfigurationError: as `recorded_config`, neither is given, or one that is not known.
     """
     config = recorded_config(path)
-    name = named or (config.get("robot", default) if isinstance(config, dict) else default)
+    name = named or (config.get("robot") if isinstance(config, dict) else None)
     if not isinstance(name, str):
         raise ConfigurationError(f"{path}: does not say which body was recorded; name it with --robot.")
     return load_body(name) if named else body_of(name, _metadata(path).get("sheet", ""))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -10,13 +9,12 @@ from typing import Any
 import msgspec
 
 from bridge.errors import ConfigurationError
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.recording.canonical import RECORDED, FrameHash
-from bridge.recording.playback import read_recording, recorded_config, recording_end
-from bridge.rotations import tilt
+from bridge.messages import Notice, SensorFrame, WalkTelemetry
+from bridge.recording.playback import recording_end
 from bridge.stance import FALLEN_TILT
 from nao_hil.analysis.diagnosis import diagnose
-from nao_hil.runs.walk_figures import FallWatch
+from nao_hil.runs.run import Run, load
+from nao_hil.runs.summary import RunStatistics
 
 
 class Contents(msgspec.Struct, frozen=True, kw_only=True):
@@ -58,86 +56,54 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     """Why its walker took the robot for falling, the last time; empty: never."""
 
 
-class _Sum:
-    def __init__(self) -> None:
-        self.messages = dict.fromkeys(RECORDED.values(), 0)
-        self.notices: Counter[str] = Counter()
-        self.hash = FrameHash()
-        self.frames: tuple[SensorFrame, SensorFrame] | None = None
-        self.truth: tuple[TruthFrame, TruthFrame] | None = None
-        self.fell = False
-        self._watch = FallWatch()
-        self.tilt = self.fused = 0.0
-        self.steps = self._step = 0
-        self.fall_cause = ""
-
-    def take(self, topic: str, message: Any) -> None:
-        """Take in the next message, which came on a topic of `bridge.recording.canonical.RECORDED`."""
-        self.messages[topic] += 1
-        if isinstance(message, SensorFrame):
-            self.hash.add(message)
-            self.frames = (self.frames[0] if self.frames else message, message)
-            self.fused = max(self.fused, *map(abs, message.angle))
-        elif isinstance(message, ActuatorFrame):
-            self.hash.add(message)
-        elif isinstance(message, TruthFrame):
-            if not self.fell:
-                self.truth = (self.truth[0] if self.truth else message, message)
-            self.fell |= self._watch.update(down=message.fell)
-            self.tilt = max(self.tilt, float(tilt(message.torso_orientation)))
-        elif isinstance(message, WalkTelemetry):
-            if self.frames and message.seq > self.frames[1].seq:
-                return  # of the robot before it restarted
-            self.steps += message.step - self._step if message.step > self._step else 0
-            self._step = message.step
-            self.fall_cause = message.fall_cause or self.fall_cause
-            self._watch.telemetry(message)
-        elif isinstance(message, Notice):
-            self.notices[message.code] += 1
-            self._watch.notice(message)
-
-
 def inspect(path: Path) -> Contents:
     """Read a recording from end to end.
 
     Raises:
         ConfigurationError: no such file, not a recording, or a damaged one.
     """
-    found = _Sum()
-    for topic, _, message in read_recording(path):
-        found.take(topic, message)
-    first, last = found.frames or (None, None)
-    ending = recording_end(path)
-    cycles = found.messages["sensors"]
+    run, statistics = load(path), RunStatistics(0, "")
+    messages = dict.fromkeys(run, 0)
+    notices: Counter[str] = Counter()
+    frames: list[SensorFrame] = []
+    fused, fall_cause = 0.0, ""
+    for topic, _, message in run.messages():
+        messages[topic] += 1
+        statistics.take(message)
+        if isinstance(message, SensorFrame):
+            frames[1:] = [message]
+            fused = max(fused, *map(abs, message.angle))
+        elif isinstance(message, WalkTelemetry) and statistics.is_current(message):
+            fall_cause = message.fall_cause or fall_cause
+        elif isinstance(message, Notice):
+            notices[message.code] += 1
+    first, last = (frames[0], frames[-1]) if frames else (None, None)
+    summary, ending, truth = statistics.summary(0.0), recording_end(path), messages["world/truth"] > 0
     return Contents(
         file=str(path),
         complete=ending.complete,
         after=ending.after,
-        config=recorded_config(path),
+        config=run.config or None,
         begin=first.time if first else 0.0,
         end=last.time if last else 0.0,
-        cycles=cycles,
-        gaps=last.seq - first.seq + 1 - cycles if first and last else 0,
+        cycles=messages["sensors"],
+        gaps=last.seq - first.seq + 1 - messages["sensors"] if first and last else 0,
         cycles_missed=last.missed - first.missed if first and last else 0,
-        messages=found.messages,
-        notices=dict(sorted(found.notices.items())),
-        steps=found.steps,
-        fell=found.fell if found.truth else None,
-        distance=_way(found.truth) if found.truth else None,
-        torso_max=found.tilt if found.truth else found.fused,
-        frames_sha256=found.hash.hexdigest(),
-        diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN_TILT) else None,
-        fall_cause=found.fall_cause,
+        messages=messages,
+        notices=dict(sorted(notices.items())),
+        steps=summary.steps,
+        fell=summary.fell if truth else None,
+        distance=summary.distance if truth else None,
+        torso_max=summary.torso_max if truth else fused,
+        frames_sha256=summary.frames_sha256,
+        diagnosis=_diagnosis(run) if summary.fell or (not truth and fused > FALLEN_TILT) else None,
+        fall_cause=fall_cause,
     )
 
 
-def _diagnosis(path: Path) -> str | None:
+def _diagnosis(run: Run) -> str | None:
     try:
-        diagnosis = diagnose(path)
+        diagnosis = diagnose(run)
     except ConfigurationError:
         return None
     return diagnosis.sentence if diagnosis is not None else None
-
-
-def _way(ends: tuple[TruthFrame, TruthFrame]) -> float:
-    return math.dist(ends[0].torso_position[:2], ends[1].torso_position[:2])

@@ -46,17 +46,15 @@ def differences(first: Path, second: Path) -> dict[str, Any]:
         ConfigurationError: not a recording.
     """
     # imported late: the analysis takes time
-    from bridge.recording.playback import read_recording, recorded_body
-    from nao_hil.analysis.diagnosis import moments, symptoms_of
+    from nao_hil.analysis.diagnosis import symptoms_of
     from nao_hil.analysis.inspection import inspect
+    from nao_hil.runs.run import load
 
     contents = [msgspec.to_builtins(inspect(file)) for file in (first, second)]
     configs = [_flat(one["config"] or {}) for one in contents]
     figures = [{k: v for k, v in one.items() if k not in NOT_COMPARED} for one in contents]
-    events = []
-    for file in (first, second):
-        body = recorded_body(file, default="nao-v3")
-        events.append([(s.time, s.text) for s in symptoms_of(moments(read_recording(file)), body)])
+    runs = [load(file) for file in (first, second)]
+    events = [[(s.time, s.text) for s in symptoms_of(run.cycles(), run.body)] for run in runs]
     alone = [_alone(events[0], events[1]), _alone(events[1], events[0])]
     return {
         "config": _unequal(*configs),

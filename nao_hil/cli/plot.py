@@ -17,7 +17,7 @@ from nao_hil.cli.console import Answer, open_console
 from nao_hil.runs.folder import RECORDING
 
 if TYPE_CHECKING:
-    from nao_hil.analysis.plots.tables import Tables
+    from nao_hil.runs.run import Run
 
 NAMED: Final = 3
 """Runs that the name of a picture holds."""
@@ -50,7 +50,8 @@ def plot(
     Those of several are named after their runs, RUN-and-RUN-NAME.png.
 
     Three of them, or those of --what. Bands mark single supports (blue on the left foot, red on the right),
-    dotted lines what happened in the world, a red line the fall; the axes show the range before the fall.
+    dotted lines what happened in the world, red lines falls; the axes show the range of a robot on its feet,
+    and end half a second after a fall from which it does not get up.
 
     Example: nao-hil plot runs/20260101T120000Z/frames.mcap --what torso,zmp,fsr
 
@@ -70,7 +71,7 @@ def plot(
         folder = out if out is not None else files[0].parent
         _make(folder)
         for name in names:
-            if what == "all" and any(missing(tables, name) for tables, _ in runs):
+            if what == "all" and any(missing(run, name) for run, _ in runs):
                 continue
             status.update(f"drawing {name}")
             written.append(folder / f"{_stem(files)}-{name}.{form}")
@@ -80,20 +81,18 @@ def plot(
     return Answer({"files": [str(path) for path in written]})
 
 
-def _labelled(file: Path, robot: str | None, begin: float, end: float | None) -> tuple[Tables, str]:
-    """Tables of a recording, and its title in the plots.
+def _labelled(file: Path, robot: str | None, begin: float, end: float | None) -> tuple[Run, str]:
+    """A stretch of a recorded run, and its title in the plots.
 
     Raises:
         ConfigurationError: it has no sensor frame in that time.
     """
-    from bridge.recording.playback import recorded_body
-    from nao_hil.analysis.plots.tables import load
-    from nao_hil.analysis.run_title import run_title
+    from nao_hil.runs.run import load
 
-    tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
-    if not tables.sensors:
+    run = load(file, robot).between(begin, math.inf if end is None else end)
+    if not run["sensors"].rows:
         raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
-    return tables, ", ".join(word for word in (run_title(file), _label(file)) if word)
+    return run, ", ".join(word for word in (run.title, _label(file)) if word)
 
 
 def chosen(what: str) -> list[str]:

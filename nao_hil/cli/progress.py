@@ -234,10 +234,12 @@ def conclude(
 
 def _diagnosis(directory: RunDirectory, resets: int) -> str | None:
     """Of the last fall, which may have been before a reset."""
-    from nao_hil.analysis.diagnosis import diagnose  # imported late: most runs end well, and need no SciPy here
+    # imported late: most runs end well, and need no SciPy here
+    from nao_hil.analysis.diagnosis import diagnose
+    from nao_hil.runs.run import load
 
     for number in range(resets, -1, -1):
-        diagnosis = diagnose(directory.last_recording(number))
+        diagnosis = diagnose(load(directory.last_recording(number)))
         if diagnosis is not None:
             return diagnosis.sentence
     return None

@@ -23,7 +23,7 @@ from bridge.errors import ConfigurationError
 from bridge.files import read_limited
 from bridge.messages.frames import ELEMENTS
 from bridge.types import Array
-from nao_hil.identification.readings import Readings, specific_force
+from nao_hil.identification.readings import LoggedRun, specific_force
 
 _UNCOMPRESSED, _COMPRESSED, _MESSAGE_IDS, _TYPES, _SETTINGS = range(5)
 """Kinds of chunks."""
@@ -119,7 +119,7 @@ class _Stream:
         return str(self.bytes(self.number("I")), "utf-8", "replace")
 
 
-def read_bhuman(path: Path) -> Readings:
+def read_bhuman(path: Path) -> LoggedRun:
     """Read angles, requests and sensors of a log.
 
     Angles and requests are those of B-Human's modules, both calibrated. A request holds from the time of its
@@ -146,7 +146,7 @@ def read_bhuman(path: Path) -> Readings:
     commands = _commands(types, rows.get("JointRequest", {}))
     if not measured:
         raise _nothing(path, ids)
-    return Readings(time[order], measured, time[order], commands, notes=notes)
+    return LoggedRun(time[order], measured, time[order], commands, notes=notes)
 
 
 def _chunks(path: Path, stream: _Stream) -> tuple[list[str], _Types, Iterator[memoryview]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,7 +10,7 @@ from scipy.signal import correlate
 from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.types import Array
-from nao_hil.identification.readings import Readings
+from nao_hil.runs.run import Run
 
 _LAG: Final = {12: 0.036, 10: 0.040}
 """Time by which joints follow their commands by the body's cycle in ms, s: teams' configurations of real
@@ -29,13 +28,13 @@ def follow_lag(body: Body) -> float:
     return _LAG.get(round(1e3 * body.cycle), 4.0 * body.cycle)
 
 
-def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
-    """The same with the commands' times on the measurements' clock.
+def clock_offset(run: Run, body: Body, path: object) -> tuple[float, tuple[str, ...]]:
+    """Offset that puts the commands' times on the measurements' clock, s, and sentences about it.
 
-    The offset is where commanded and measured speeds of all joints correlate best, less a real robot's lag.
+    It is where commanded and measured speeds of all joints correlate best, less a real robot's lag.
 
     Args:
-        readings: With commands and joint angles.
+        run: With commands and joint angles.
         body: Gives cycle and lag.
         path: File, for the error.
 
@@ -43,9 +42,9 @@ def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
         ConfigurationError: the joints follow the commands at no offset.
     """
     cycle, lag = body.cycle, follow_lag(body)
-    begin, asked_begin = readings.time[0], readings.command_time[0]
-    moved = _speeds(readings.time - begin, readings.measured["position"], cycle)
-    asked = _speeds(readings.command_time - asked_begin, readings.commands["command"], cycle)
+    time, asked_time = run["sensors"]["time"], run["actuators"]["time"]
+    moved = _speeds(time - time[0], run["sensors"]["position"], cycle)
+    asked = _speeds(asked_time - asked_time[0], run["actuators"]["position"], cycle)
     lags, match = _correlation(moved, asked)
     best = int(np.argmax(match))
     if match[best] < _MATCH:
@@ -55,7 +54,7 @@ def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
             "same motion."
         )
     shift = (lags[best] + _fraction(match, best)) * cycle
-    offset = begin - asked_begin + shift - lag
+    offset = float(time[0] - asked_time[0] + shift - lag)
     notes = [
         f"The commands have a clock of their own: {offset:+.3f} s were added to their times, so that the "
         f"joints follow by {1e3 * lag:.0f} ms as real robots do (correlation of the speeds {match[best]:.2f}). "
@@ -70,9 +69,7 @@ def on_one_clock(readings: Readings, body: Body, path: object) -> Readings:
     drift = _drift(moved, asked, int(lags[best]), cycle)
     if abs(drift) > cycle:
         notes.append(f"The clocks drift by {1e3 * drift:+.0f} ms between both halves; this is not corrected.")
-    return replace(
-        readings, command_time=readings.command_time + offset, notes=(*readings.notes, *notes), own_clock=True
-    )
+    return offset, tuple(notes)
 
 
 def _speeds(time: Array, angles: Array, cycle: float) -> Array:

@@ -144,7 +144,7 @@ def compare_recording(
         first=joints[0].joint if joints and joints[0].excess > 0.0 else "",
         joints=joints,
         sensors=sensors,
-        fused_angle=compare_fused_angle(recorded.readings, parameters),
+        fused_angle=compare_fused_angle(recorded.sensors, parameters),
         encoder_grid=recorded.encoder_grid,
     )
     return result, first

@@ -16,7 +16,7 @@ from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from bridge.files import Row, read_table
 from bridge.types import Array
-from nao_hil.identification.readings import COMMANDS, NAMES, Readings
+from nao_hil.identification.readings import COMMANDS, NAMES, LoggedRun
 
 COLUMNS: Final = {
     f"{name}.{label}": (name, number) for name, labels in NAMES.items() for number, label in enumerate(labels)
@@ -54,7 +54,7 @@ class _Table(NamedTuple):
     """Line of each row, (rows,)."""
 
 
-def read_csv(path: Path, mapping: Path | None = None) -> Readings:
+def read_csv(path: Path, mapping: Path | None = None) -> LoggedRun:
     """Read a file whose first line names its columns: `time`, `command.time` and any of `COLUMNS`.
 
     An empty cell holds no value.
@@ -74,7 +74,7 @@ def read_csv(path: Path, mapping: Path | None = None) -> Readings:
     own_clock = COMMAND_TIME in table.names
     time, measured = _signals(path, table, "time", MEASURED)
     command_time, commands = _signals(path, table, COMMAND_TIME if own_clock else "time", COMMANDS)
-    return Readings(time, measured, command_time, commands, own_clock)
+    return LoggedRun(time, measured, command_time, commands, own_clock)
 
 
 def _read_table(path: Path, given: ColumnMap | None, mapping: Path | None) -> _Table:

@@ -17,7 +17,7 @@ from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
 from bridge.recording.playback import mcap_records
 from bridge.types import Array
-from nao_hil.identification.readings import Readings, specific_force
+from nao_hil.identification.readings import LoggedRun, specific_force
 
 ENCODING: Final = "messagepack"
 """`message_encoding` of the channels, in lower case."""
@@ -41,7 +41,7 @@ def is_hulks(path: Path) -> bool:
     return False
 
 
-def read_hulks(path: Path) -> Readings:
+def read_hulks(path: Path) -> LoggedRun:
     """Read angles, requests and sensors.
 
     Args:
@@ -83,7 +83,7 @@ def read_hulks(path: Path) -> Readings:
             "`inertial_measurement_unit`, `stiffnesses` and such with names, older ones without cannot be read."
         ) from None
     apart = bool(commands) and (command_time[0] > time[-1] or command_time[-1] < time[0])
-    return Readings(time, measured, command_time, requests, apart, notes)
+    return LoggedRun(time, measured, command_time, requests, apart, notes)
 
 
 def _messages(path: Path) -> list[tuple[str, float, bytes]]:

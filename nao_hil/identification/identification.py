@@ -114,7 +114,7 @@ def result(
         profile: File of the profile.
     """
     identified = parameters(recorded.body, found)
-    if recorded.readings.own_clock:  # only the sum of delay and offset is known
+    if recorded.own_clock:  # only the sum of delay and offset is known
         del identified["delay"]
     return Identification(
         recording=recording,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 import numpy as np
@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import GRAVITY, total_mass
-from bridge.messages.frames import ELEMENTS
+from bridge.errors import ConfigurationError
+from bridge.messages.columns import COLUMNS
+from bridge.messages.frames import ELEMENTS, ActuatorFrame, SensorFrame
 from bridge.types import Array
+from nao_hil.runs.run import Run, Table
 
 NAMES: Final = {
     "command": JOINTS,
@@ -70,42 +73,56 @@ _JITTER: Final = 0.2
 """Fraction of the usual interval by which samples of an even recording may be early or late."""
 
 
-@dataclass(frozen=True)
-class Readings:
-    """Samples of a file, SI units and radians; NaN where a row holds no value."""
+class LoggedRun(Run):
+    """A run of which `sensors` and `actuators` are known, at times of their own; NaN where a row lacks a value.
 
-    time: Array
-    """Of the measurements, s, (n,), rising."""
-    measured: Mapping[str, Array]
-    """Measured signals of `NAMES` that the file has, (n, width) each."""
-    command_time: Array
-    """Of the commands, s, (m,), rising."""
-    commands: Mapping[str, Array]
-    """`command` and `stiffness`, (m, 25) each; none: the file has no commands."""
-    own_clock: bool = False
-    """The commands' clock has an unknown offset to that of the measurements."""
-    notes: tuple[str, ...] = ()
-    """Sentences about the conversion."""
+    Args:
+        time: Of the measurements, s, (n,), rising.
+        measured: Measured signals of `NAMES` that the file has, (n, width) each.
+        command_time: Of the commands, s, (m,), rising.
+        commands: `command` and `stiffness`, (m, 25) each; none: the file has no commands.
+        own_clock: The commands' clock has an unknown offset to that of the measurements.
+        notes: Sentences about the conversion.
+        config: As of `Run`.
+    """
 
-    def from_to(self, begin: float, end: float) -> Readings:
-        """The measurements of a stretch, s after the first sample; the commands stay whole."""
-        source = self.time - self.time[0]
-        rows = (source >= begin) & (source <= end)
-        measured = {name: values[rows] for name, values in self.measured.items()}
-        return replace(self, time=self.time[rows], measured=measured)
+    def __init__(
+        self,
+        time: Array,
+        measured: Mapping[str, Array],
+        command_time: Array,
+        commands: Mapping[str, Array],
+        own_clock: bool = False,
+        notes: tuple[str, ...] = (),
+        config: dict[str, Any] | None = None,
+    ) -> None:
+        asked = {"position" if name == "command" else name: values for name, values in commands.items()}
+        tables = {
+            "sensors": Table({**measured, "time": time}, COLUMNS[SensorFrame]),
+            "actuators": Table({**asked, "time": command_time if asked else time[:0]}, COLUMNS[ActuatorFrame]),
+        }
+        super().__init__(tuple, lambda: config or {}, _unknown_body, tables)
+        self.own_clock, self.notes = own_clock, notes
 
 
-def on_grid(readings: Readings, cycle: float) -> Signals:
+def _unknown_body() -> Body:
+    raise ConfigurationError("The file does not say which body was recorded.")
+
+
+def on_grid(run: Run, cycle: float, offset: float = 0.0) -> Signals:
     """Signals on an even grid that begins at the first measurement.
 
     Commands keep their value until the next. Joint angles are interpolated. So are the other sensors, but the
     rows next to a sample have its value: interpolation would lower their noise.
 
     Args:
-        readings: Samples at times of their own.
+        run: Its `sensors` and `actuators`, at times of their own.
         cycle: Distance of the grid's rows, s.
+        offset: Added to the times of the commands, s.
     """
-    source = readings.time - readings.time[0]
+    sensors, actuators = run["sensors"], run["actuators"]
+    begin = sensors["time"][0]
+    source = sensors["time"] - begin
     grid = np.arange(round(source[-1] / cycle) + 1) * cycle
     nearest = np.minimum(np.rint(source / cycle).astype(int), len(grid) - 1)
     measured = np.zeros(len(grid), dtype=bool)
@@ -114,9 +131,10 @@ def on_grid(readings: Readings, cycle: float) -> Signals:
     for name, labels in NAMES.items():
         empty = np.full((len(grid), len(labels)), np.nan)
         if name in COMMANDS:
-            asked = readings.commands.get(name)
-            values[name] = empty if asked is None else _held(readings, asked, grid + 0.5 * cycle)
-        elif (rows := readings.measured.get(name)) is None:
+            asked = actuators.get("position" if name == "command" else name)
+            until = begin + grid + 0.5 * cycle
+            values[name] = empty if asked is None else _held(actuators["time"] + offset, asked, until)
+        elif (rows := sensors.get(name)) is None:
             values[name] = empty
         else:
             values[name] = np.stack([_interpolated(grid, source, column) for column in rows.T], axis=1)
@@ -127,25 +145,25 @@ def on_grid(readings: Readings, cycle: float) -> Signals:
     return Signals(**values)
 
 
-def timing_notes(readings: Readings, cycle: float) -> tuple[str, ...]:
+def timing_notes(time: Array, cycle: float) -> tuple[str, ...]:
     """Sentences about uneven samples and gaps; none for samples of every cycle.
 
     Args:
-        readings: Samples.
+        time: Of the samples, s, (n,).
         cycle: Of the robot, s.
     """
-    intervals = np.diff(readings.time)
+    intervals = np.diff(time)
     usual = float(np.median(intervals))
     notes = []
     if usual > 1.5 * cycle or np.mean(np.abs(intervals - usual) > _JITTER * usual) > 0.01:
         notes.append(
-            f"There are {len(readings.time)} samples, {1e3 * usual:.0f} ms apart in the median and "
+            f"There are {len(time)} samples, {1e3 * usual:.0f} ms apart in the median and "
             f"{1e3 * intervals.max():.0f} ms at most; the cycle is {1e3 * cycle:g} ms. Values between them are "
             "interpolated and do not count."
         )
     if intervals.max() > _GAP:
         at = int(intervals.argmax())
-        begin = readings.time[at] - readings.time[0]
+        begin = time[at] - time[0]
         number = int((intervals > _GAP).sum())
         notes.append(
             f"Gaps of more than {_GAP:g} s: {number}, the longest from {begin:.2f} s to "
@@ -176,9 +194,9 @@ def specific_force(accelerometer: Array, angle: Array | None) -> tuple[Array, tu
     return accelerometer, tuple(notes)
 
 
-def _held(readings: Readings, asked: Array, until: Array) -> Array:
+def _held(time: Array, asked: Array, until: Array) -> Array:
     """The last value at each of the times, (rows, width); NaN before the first."""
-    before = np.searchsorted(readings.command_time - readings.time[0], until) - 1
+    before = np.searchsorted(time, until) - 1
     rows = np.where(np.isfinite(asked), np.arange(len(asked))[:, None], -1)
     rows = np.maximum.accumulate(rows, axis=0)[np.maximum(before, 0)]
     found = np.where(rows >= 0, np.take_along_axis(asked, np.maximum(rows, 0), axis=0), np.nan)

@@ -14,14 +14,13 @@ from bridge.body import Body, load_body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS
 from bridge.errors import ConfigurationError
-from bridge.recording.playback import recorded_body
 from bridge.types import Array
 from nao_hil.identification.bhuman_log import read_bhuman
-from nao_hil.identification.clock import on_one_clock
+from nao_hil.identification.clock import clock_offset
 from nao_hil.identification.csv_file import MEASURED, read_csv
 from nao_hil.identification.hulks_mcap import is_hulks, read_hulks
-from nao_hil.identification.readings import Readings, Signals, on_grid, timing_notes
-from nao_hil.recording import load
+from nao_hil.identification.readings import LoggedRun, Signals, on_grid, timing_notes
+from nao_hil.runs.run import Run, Table, load
 
 _VALUES: Final = 8
 """Different angles that a joint needs: eight random ones seem to be on a grid once in a thousand."""
@@ -91,8 +90,10 @@ class RecordedSignals:
 
     body: Body
     signals: Signals
-    readings: Readings
+    sensors: Table
     """The same measurements at their own times."""
+    own_clock: bool
+    """The commands have a clock of their own."""
     config: dict[str, Any]
     """Configuration of the recorded run; empty: it holds none."""
     whole: bool
@@ -127,34 +128,35 @@ def read_signals(
     Raises:
         ConfigurationError: unreadable, malformed, no body known, or no measurements in it.
     """
-    config: dict[str, Any] = {}
-    whole = False
     if path.name.lower().endswith(_CSV):
-        body, readings = _named_body(path, robot), read_csv(path, columns)
+        body, run = _named_body(path, robot), read_csv(path, columns)
     elif columns is not None:
         raise ConfigurationError(f"--columns {columns}: maps the columns of a CSV; {path} is none.")
     elif path.suffix.lower() == ".log":
-        body, readings = _named_body(path, robot), read_bhuman(path)
+        body, run = _named_body(path, robot), read_bhuman(path)
     elif is_hulks(path):
-        body, readings = _named_body(path, robot), read_hulks(path)
+        body, run = _named_body(path, robot), read_hulks(path)
     else:
-        body = recorded_body(path, robot)
-        readings, config, whole = _own(path)
-    if readings.own_clock and readings.commands:
-        readings = on_one_clock(readings, body, path)
-    signals = on_grid(readings, body.cycle)
+        recorded = load(path, robot)
+        body, run = recorded.body, _in_force(path, recorded)
+    notes, offset = run.notes, 0.0
+    if run.own_clock and run["actuators"].rows:
+        offset, said = clock_offset(run, body, path)
+        notes += said
+    signals = on_grid(run, body.cycle, offset)
     first = round(begin / body.cycle)
     last = len(signals.time) if end is None else min(round(end / body.cycle) + 1, len(signals.time))
     if last - first < 2 or np.sum(signals.measured[first:last]) < 2:
         raise ConfigurationError(
             f"{path}: has {signals.time[-1]:.2f} s; --from and --to leave nothing of them."
         )
-    half = 0.5 * body.cycle
-    readings = readings.from_to(signals.time[first] - half, signals.time[last - 1] + half)
+    half, zero = 0.5 * body.cycle, run["sensors"]["time"][0]
+    sensors = run.between(zero + signals.time[first] - half, zero + signals.time[last - 1] + half)["sensors"]
     signals = signals.part(slice(first, last))
-    grid = encoder_grid(body, readings.measured)
-    notes = (*readings.notes, *timing_notes(readings, body.cycle), *([grid.sentence] if grid.joints else []))
-    return RecordedSignals(body, signals, readings, config, whole and first == 0, grid, notes)
+    grid = encoder_grid(body, sensors)
+    notes += (*timing_notes(sensors["time"], body.cycle), *([grid.sentence] if grid.joints else []))
+    whole = first == 0 and "seq" in sensors and sensors["seq"][0] == 0
+    return RecordedSignals(body, signals, sensors, run.own_clock, run.config, whole, grid, notes)
 
 
 def _named_body(path: Path, robot: str | None) -> Body:
@@ -165,31 +167,18 @@ def _named_body(path: Path, robot: str | None) -> Body:
     return load_body(robot)
 
 
-def _own(path: Path) -> tuple[Readings, dict[str, Any], bool]:
-    """Readings, configuration, and whether it begins with the robot's first cycle."""
-    recording = load(path)
-    if "sensors" not in recording or recording["sensors"].rows < 2:
-        raise ConfigurationError(f"{path}: holds no sensor frame; a recording of a robot does.")
-    sensors = recording["sensors"]
-    time = np.asarray(sensors["time"])
-    commands = _commands(sensors, recording["actuators"]) if "actuators" in recording else {}
-    config = recording.config if isinstance(recording.config, dict) else {}
-    measured = {name: sensors[name] for name in MEASURED}
-    return Readings(time, measured, time, commands), config, int(sensors["seq"][0]) == 0
-
-
-def _commands(sensors: Any, actuators: Any) -> dict[str, Array]:
-    """The command in force in the cycle after each sensor frame; NaN before the first one.
+def _in_force(path: Path, run: Run) -> LoggedRun:
+    """A run with the command in force in the cycle after each sensor frame; NaN before the first one.
 
     `command` of a frame names the one in force in the cycle that it ends.
     """
-    replies = actuators["reply_to"].astype(int)
-    order = np.argsort(replies, kind="stable")
-    in_force = np.append(sensors["command"][1:], sensors["command"][-1]).astype(int)
-    place = np.searchsorted(replies[order], in_force, side="right") - 1
-    known = (place >= 0) & (in_force >= 0)
-    rows = order[np.maximum(place, 0)]
-    return {
-        name: np.where(known[:, None], actuators[field][rows], np.nan)
-        for name, field in (("command", "position"), ("stiffness", "stiffness"))
-    }
+    sensors, actuators = run["sensors"], run["actuators"]
+    if sensors.rows < 2:
+        raise ConfigurationError(f"{path}: holds no sensor frame; a recording of a robot does.")
+    in_force = np.append(sensors["command"][1:], sensors["command"][-1])
+    rows = actuators.last("reply_to", in_force)
+    known = ((rows >= 0) & (in_force >= 0))[:, None]
+    fields = (("command", "position"), ("stiffness", "stiffness")) if actuators.rows else ()
+    commands = {name: np.where(known, actuators[field][rows], np.nan) for name, field in fields}
+    measured = {name: sensors[name] for name in (*MEASURED, "seq")}
+    return LoggedRun(sensors["time"], measured, sensors["time"], commands, config=run.config)

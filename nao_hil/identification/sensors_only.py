@@ -14,8 +14,9 @@ from bridge.types import Array
 from emulator.sensors.fusion import FusedAngle, fuse
 from emulator.sensors.parameters import FusedAngleParameters
 from nao_hil.identification.clock import follow_lag
-from nao_hil.identification.readings import Readings, Signals
+from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
+from nao_hil.runs.run import Table
 
 _WINDOW: Final = 0.5
 """Time over which a torso is quiet, s."""
@@ -67,26 +68,26 @@ def at_rest(signals: Signals) -> slice | None:
     return slice(int(begin), int(begin) + rows) if rows * signals.cycle >= _STILL[0] else None
 
 
-def compare_fused_angle(readings: Readings, parameters: FusedAngleParameters) -> FusedAngleComparison | None:
+def compare_fused_angle(sensors: Table, parameters: FusedAngleParameters) -> FusedAngleComparison | None:
     """Feed the emulated filter with the recorded gyroscope and accelerometer.
 
     Args:
-        readings: Samples at their own times.
+        sensors: Measurements at their own times.
         parameters: Of the filter.
 
     Returns:
         None where one of these sensors, or the fused angle, was not recorded.
     """
     empty = np.empty((0, 3))
-    angle = readings.measured.get("angle", empty[:, :2])
-    acceleration, rate = (readings.measured.get(name, empty) for name in ("accelerometer", "gyroscope"))
+    angle = sensors.get("angle", empty[:, :2])
+    acceleration, rate = (sensors.get(name, empty) for name in ("accelerometer", "gyroscope"))
     if not len(angle) or not len(acceleration) or not len(rate):
         return None
     rate = np.where(np.isfinite(rate).any(axis=0), rate, 0.0)  # some gyroscopes have no z
     rows = np.isfinite(np.hstack([angle, acceleration, rate])).all(axis=1)
     if rows.sum() < 2:
         return None
-    angle, emulated = angle[rows], _fused(readings.time[rows], acceleration[rows], rate[rows], parameters)
+    angle, emulated = angle[rows], _fused(sensors["time"][rows], acceleration[rows], rate[rows], parameters)
     difference = angle - emulated
     return FusedAngleComparison(
         difference=_pair(difference.std(axis=0)),

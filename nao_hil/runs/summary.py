@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import msgspec
 
@@ -148,17 +148,35 @@ class RunStatistics(Observer):
         self._motion = HeadingMotion()
         self._step_counter = StepCounter()
 
+    def take(self, message: Any) -> None:
+        """Take in the next message of a run, whatever its kind."""
+        if isinstance(message, SensorFrame):
+            self._frame(message)
+        elif isinstance(message, TruthFrame):
+            self._truth(message)
+        elif isinstance(message, ActuatorFrame):
+            self.command(message)
+        else:
+            self.message(message)
+
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """Take in one boundary of the DCM cycle."""
+        self._frame(frame)
+        self._truth(truth)
+
+    def _frame(self, frame: SensorFrame) -> None:
         if self._last_frame is not None and frame.seq < self._last_frame.seq:
             self._resets += 1
             self._before = self._sums()
             self._begin()
         self._hash.add(frame)
+        self._last_frame = frame
+
+    def _truth(self, truth: TruthFrame) -> None:
         self._first = self._first or truth
         falls = self._watch.update(down=truth.fell)
         self._falls += falls
-        self._last, self._last_frame = truth, frame
+        self._last = truth
         if not self._fell:
             self._way_end = truth
             self._motion.add(truth)
@@ -189,17 +207,22 @@ class RunStatistics(Observer):
 
     def _sums(self) -> _Sums:
         """Sums so far, over all resets."""
-        first, last, end, before = self._first, self._last, self._way_end, self._before
-        if first is None or last is None or end is None or self._last_frame is None:
+        first, last, end, frame = self._first, self._last, self._way_end, self._last_frame
+        before = self._before
+        if frame is None:
             return before
-        return _Sums(
+        sums = before._replace(
+            walked=before.walked + self._walked + (self._walk[1] - self._walk[0] if self._walk else 0.0),
+            steps=before.steps + self._steps_before + self._step,
+            cycles=before.cycles + frame.seq,
+            missed=before.missed + frame.missed,
+        )
+        if first is None or last is None or end is None:
+            return sums
+        return sums._replace(
             time=before.time + last.time - first.time,
             distance=before.distance + _between(first, end),
             way=before.way + self._way + (_between(self._corner, end) if self._corner else 0.0),
-            walked=before.walked + self._walked + (self._walk[1] - self._walk[0] if self._walk else 0.0),
-            steps=before.steps + self._steps_before + self._step,
-            cycles=before.cycles + last.seq,
-            missed=before.missed + self._last_frame.missed,
         )
 
     def _displacement(self) -> Vec3:
@@ -214,10 +237,14 @@ class RunStatistics(Observer):
         """Update by the actuator frame in force."""
         self._hash.add(frame)
 
+    def is_current(self, message: WalkTelemetry) -> bool:
+        """Whether telemetry is not from before the robot's restart."""
+        return self._last_frame is not None and message.seq <= self._last_frame.seq
+
     def telemetry(self, message: WalkTelemetry) -> None:
         """Update by the walker's telemetry."""
-        if self._last_frame is None or message.seq > self._last_frame.seq:
-            return  # from before the robot's restart
+        if not self.is_current(message):
+            return
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
         self._recoveries += gets_up and self._was_lying
@@ -227,6 +254,7 @@ class RunStatistics(Observer):
         if message.step < self._step:  # another walk
             self._steps_before += self._step
         self._step = message.step
+        assert self._last_frame is not None
         now = self._last_frame.time
         if message.state in ("walk", "stopping"):
             if self._way_begin is None:

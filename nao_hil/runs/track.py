@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from bridge import rotations
 from bridge.body.joints import JOINTS, LEG_SLOTS
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+from nao_hil.runs.run import Run
 
 Array = NDArray[Any]
 
@@ -92,54 +91,33 @@ class Track:
         return rotations.tilt(self["orientation"])
 
 
-class TrackRecorder:
-    """Gathers the rows of a track; called each cycle in the order of `bridge.recording.observer.Observer`."""
+def track_of(run: Run, began: float) -> Track:
+    """The walk of a run, one row per command.
 
-    def __init__(self) -> None:
-        self._rows: list[list[float]] = []
-        self._frame: SensorFrame | None = None
-        self._truth: TruthFrame | None = None
-        self._telemetry: WalkTelemetry | None = None
-
-    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
-        """A boundary of the DCM cycle."""
-        self._frame, self._truth = frame, truth
-
-    def telemetry(self, message: WalkTelemetry) -> None:
-        """The walker's word on that boundary."""
-        self._telemetry = message
-
-    def command(self, frame: ActuatorFrame, time: float) -> None:
-        """The command that answers it, and the time of the walk, s: one row."""
-        s, t, w = self._frame, self._truth, self._telemetry
-        assert s is not None and t is not None and w is not None
-        self._rows.append(
-            [
-                time,
-                PHASES.index(w.phase),
-                w.step,
-                *t.torso_position,
-                *t.torso_orientation,
-                *w.angle,
-                *s.fsr,
-                t.left.force[2],
-                t.right.force[2],
-                *(t.zmp or (math.nan, math.nan)),
-                *t.com,
-                *w.place,
-                *w.zmp,
-                *w.com,
-                *w.left,
-                *w.right,
-                *w.foot_lift,
-                *w.ankle_roll,
-                *w.ankle_pitch,
-                *w.torso_control,
-                *(t.joints[slot] for slot in LEG_COLUMNS),
-                *(frame.position[slot] for slot in LEG_COLUMNS),
-            ]
-        )
-
-    def track(self) -> Track:
-        """All rows so far."""
-        return Track(np.array(self._rows, dtype=np.float32).reshape(-1, WIDTH))
+    Args:
+        run: With ground truth and telemetry.
+        began: Robot time at which the walk began, s.
+    """
+    asked = run["actuators"].where(run["actuators"]["time"] >= began)
+    s, t, w = (
+        run[topic].where(run[topic].last("time", asked["time"]))
+        for topic in ("sensors", "world/truth", "walk/telemetry")
+    )
+    columns: list[Any] = [
+        asked["time"] - began,
+        [PHASES.index(phase) for phase in w["phase"]],
+        w["step"],
+        t["torso_position"],
+        t["torso_orientation"],
+        w["angle"],
+        s["fsr"],
+        t["left.force"][:, 2],
+        t["right.force"][:, 2],
+        t["zmp"],
+        t["com"],
+        *(w[name] for name in ("place", "zmp", "com", "left", "right", "foot_lift")),
+        *(w[name] for name in ("ankle_roll", "ankle_pitch", "torso_control")),
+        t["joints"][:, LEG_COLUMNS],
+        asked["position"][:, LEG_COLUMNS],
+    ]
+    return Track(np.column_stack(columns).astype(np.float32))

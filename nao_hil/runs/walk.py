@@ -12,7 +12,7 @@ from bridge import rotations
 from bridge.body import BODIES, Body, load_body
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.observer import Observer
 from bridge.types import Vec3
 from emulator.robot import EmulatedRobot
@@ -23,7 +23,8 @@ from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.in_process import run
-from nao_hil.runs.track import Track, TrackRecorder
+from nao_hil.runs.run import RunObserver
+from nao_hil.runs.track import Track, track_of
 from walker.controller import Controller
 
 TIME_AFTER_FALL: Final = 0.3
@@ -125,9 +126,16 @@ def walk(task: Walk) -> WalkOutcome:
     loaded = task.load.on(body) if task.load else body
     with build_robot(config, task.scenario, loaded, task.wear) as robot:
         controller = make(body, body.cycle)
-        observer = _WalkObserver(task, robot, controller)
+        observer, kept = _WalkObserver(task, robot, controller), RunObserver(body)
         most = round((MAX_START_TIME + task.duration) / body.cycle)
-        run(robot, Guard(body), controller, [observer], most, ended=observer.ended)
+        run(
+            robot,
+            Guard(body),
+            controller,
+            [observer, *([kept] if task.keep_track else [])],
+            most,
+            ended=observer.ended,
+        )
         last = robot.frame.time
     end = observer.end()
     pushed = min((push.time for push in task.scenario.pushes), default=-math.inf)
@@ -136,7 +144,7 @@ def walk(task: Walk) -> WalkOutcome:
             f"the walk ended at {last:.1f} s of robot time, before the push at {pushed:g} s; walk longer than "
             f"{task.duration:g} s."
         )
-    return WalkOutcome(task, end, observer.track())
+    return WalkOutcome(task, end, track_of(kept.run, observer.began))
 
 
 class _WalkObserver(Observer):
@@ -145,22 +153,21 @@ class _WalkObserver(Observer):
     def __init__(self, task: Walk, robot: EmulatedRobot, controller: Controller) -> None:
         self._task, self._controller = task, controller
         self._events = WalkEvents(task.world_events, task.pushes, task.velocities, robot.world_events)
-        self._recorder = TrackRecorder()
         self._truth = robot.truth()
         self._start: tuple[float, float] | None = None
-        self._began = math.inf
+        self.began = math.inf
+        """Robot time at which the walk began, s."""
         self._fallen: tuple[float, TruthFrame] | None = None
         self._state, self._steps, self._tilt = "", 0, 0.0
 
     @property
     def _time(self) -> float:
         """Of the walk, s; negative before it."""
-        return self._truth.time - self._began if math.isfinite(self._began) else -1.0
+        return self._truth.time - self.began if math.isfinite(self.began) else -1.0
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """Check for the fall."""
         self._truth = truth
-        self._recorder.sensors(frame, truth)
         if self._fallen is None:
             if truth.fell:
                 self._fallen = max(self._time, 0.0), truth
@@ -172,18 +179,12 @@ class _WalkObserver(Observer):
     def telemetry(self, message: WalkTelemetry) -> None:
         """Check for the beginning of the walk."""
         self._state = message.state
-        self._recorder.telemetry(message)
         if self._start is None and message.state == ("stand" if self._task.stand else "walk"):
-            self._began = self._truth.time
+            self.began = self._truth.time
             self._start = self._truth.torso_position[:2]
         if self._fallen is None:
             self._steps = message.step
         self._events.follow(message, self._time)
-
-    def command(self, frame: ActuatorFrame) -> None:
-        """One row of the track per cycle of the walk."""
-        if self._start is not None and self._task.keep_track:
-            self._recorder.command(frame, self._time)
 
     def ended(self) -> bool:
         """Walked to the end, or fallen a little while ago."""
@@ -206,7 +207,3 @@ class _WalkObserver(Observer):
             distance=math.dist(self._start, truth.torso_position[:2]) if self._start else 0.0,
             tilt_max=self._tilt,
         )
-
-    def track(self) -> Track:
-        """All cycles of the walk."""
-        return self._recorder.track()

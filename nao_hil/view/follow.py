@@ -29,17 +29,9 @@ from bridge.messages.world_state import WorldReply
 from bridge.types import Array
 from emulator.scenarios import SCENARIOS
 from emulator.wear import WEAR
-from nao_hil.analysis.diagnosis import (
-    Balance,
-    BalanceEstimator,
-    Diagnosis,
-    Moment,
-    MomentBuilder,
-    Symptom,
-    Symptoms,
-    explain,
-)
+from nao_hil.analysis.diagnosis import Balance, BalanceEstimator, Diagnosis, Symptom, Symptoms, explain
 from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
+from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
 from nao_hil.view.live import Commands, Subscriber
@@ -100,7 +92,7 @@ class LiveRun:
         self._prints: deque[list[float]] = deque(maxlen=MAX_EVENTS)
         self._symptoms: list[Symptom] = []
         self.diagnosis: Diagnosis | None = None
-        self.newest: Moment | None = None
+        self.newest: Cycle | None = None
         self._lock = threading.Lock()
         self._latest_late = math.nan
 
@@ -112,15 +104,15 @@ class LiveRun:
                 world = msgspec.structs.replace(world, terrain=self.rows.world.terrain)
             self.rows.world = world
 
-    def take(self, moment: Moment) -> list[bytes | dict[str, Any]]:
-        """Process the next moment; returns the messages for the browsers."""
-        balance = self._observer.update(moment)
-        late = self._late.update(moment.sensors.time, moment.sensors.wall)
+    def take(self, cycle: Cycle) -> list[bytes | dict[str, Any]]:
+        """Process the next cycle; returns the messages for the browsers."""
+        balance = self._observer.update(cycle)
+        late = self._late.update(cycle.sensors.time, cycle.sensors.wall)
         self._latest_late = float(np.fmax(self._latest_late, late))
         messages: list[bytes | dict[str, Any]] = []
         found = self._watch.update(balance)
         with self._lock:
-            self.newest = moment
+            self.newest = cycle
             if found:
                 messages.append(self._add_symptoms(found))
             elif self._stands_again(balance):
@@ -129,7 +121,7 @@ class LiveRun:
             if prints := self.rows.prints(balance):
                 self._prints.extend(prints)
                 messages.append({"prints": prints})
-            if self.rows.due(moment.sensors.time):
+            if self.rows.due(cycle.sensors.time):
                 row = self.rows.row(balance, self._latest_late).astype("<f4")
                 self._latest_late = math.nan
                 self._table.append(row)
@@ -146,8 +138,8 @@ class LiveRun:
         return events_json(self._symptoms, self.diagnosis)
 
     def _stands_again(self, balance: Balance) -> bool:
-        walk = balance.moment.walk
-        if self.diagnosis is None or walk is None or balance.moment.sensors.time < self.diagnosis.fell + 1.0:
+        walk = balance.cycle.walk
+        if self.diagnosis is None or walk is None or balance.cycle.sensors.time < self.diagnosis.fell + 1.0:
             return False
         return walk.state in ("stand", "walk")
 
@@ -197,7 +189,7 @@ class Follower:
         Raises:
             ConfigurationError: not an endpoint.
         """
-        builder, due = MomentBuilder(), time.monotonic()
+        builder, due = CycleBuilder(), time.monotonic()
         try:
             while not self._stop.is_set():
                 for message in self._subscriber.take():
@@ -208,7 +200,7 @@ class Follower:
         finally:
             self._end()
 
-    def _process(self, message: Message, builder: MomentBuilder) -> None:
+    def _process(self, message: Message, builder: CycleBuilder) -> None:
         if isinstance(message, GuardStatus):
             self._guard = message
             return
@@ -220,8 +212,8 @@ class Follower:
             self._server.publish({"caption": message.text})
         if isinstance(message, Notice) and message.code == WALKER_ENDED:
             self._walker_ended = message
-        if (moment := builder.add(message)) is not None and self._run is not None:
-            for part in self._run.take(moment):
+        if (cycle := builder.add(message)) is not None and self._run is not None:
+            for part in self._run.take(cycle):
                 self._server.publish(part)
 
     def _publish_state(self) -> None:
@@ -234,7 +226,7 @@ class Follower:
             self._state = state
             self._server.publish({"state": state})
 
-    def _notice(self, newest: Moment | None) -> str:
+    def _notice(self, newest: Cycle | None) -> str:
         """Notice of the walker's end, until another one has held the robot for `NOTICE_CYCLES`."""
         ended, walk = self._walker_ended, newest.walk if newest is not None else None
         if ended is not None and walk is not None and walk.seq > ended.seq + NOTICE_CYCLES:

@@ -41,14 +41,14 @@ def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
         ConfigurationError: not a recording, or an empty one.
     """
     # imported late: the analysis takes time, and the live page is served before
-    from nao_hil.analysis.run_title import run_title
     from nao_hil.runs.folder import RECORDING
-    from nao_hil.view.recorded_run import read_run
-    from nao_hil.view.rows import recorded_rows
+    from nao_hil.runs.run import load
+    from nao_hil.view.recorded_run import recorded_rows
+    from nao_hil.view.surroundings import recorded_world
 
     titles = [file.resolve().parent.name if file.name == RECORDING else file.stem for file in recordings]
     runs = [
-        recorded_rows(read_run(file), title, run_title(file))
+        recorded_rows(load(file), title, recorded_world(file))
         for file, title in zip(recordings, titles, strict=True)
     ]
     return page(" · ".join(titles), runs)

@@ -1,88 +1,67 @@
-"""A whole recording as the page shows it: the robot's pose at each moment, and its symptoms."""
+"""A recorded run as the page shows it: its rows, footprints and events."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Final, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Final
 
+import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.messages.world_state import WorldReply
-from bridge.recording.playback import read_recording, recorded_body
-from nao_hil.analysis.diagnosis import (
-    Balance,
-    BalanceEstimator,
-    Diagnosis,
-    Moment,
-    Symptom,
-    Symptoms,
-    explain,
-    moments,
-)
-from nao_hil.view.surroundings import recorded_world
+from nao_hil.analysis.diagnosis import BalanceEstimator, Symptom, Symptoms, explain
+from nao_hil.runs.run import Cycle, Run
+from nao_hil.view.rows import RunRows, events_json
 
-MAX_CYCLES: Final = 20_000
-"""Moments that are kept to be drawn; of a longer recording every second, third, ... one."""
+MAX_ROWS: Final = 20_000
+"""Rows of a page; of a longer run every second, third, ... one."""
 
 
-class RecordedRun(NamedTuple):
-    """The run before the robot restarted."""
+def recorded_rows(run: Run, title: str, world: WorldReply | None) -> bytes:
+    """A run up to its first reset, packed.
 
-    body: Body
-    balances: list[Balance]
-    symptoms: list[Symptom]
-    """Up to the fall, if there is one."""
-    diagnosis: Diagnosis | None
-    """Of the fall."""
-    stood: float
-    """Robot time at which it stands or walks again after the fall, s; inf: never."""
-    world: WorldReply | None
-    """At the start; None where it is not recorded."""
-
-
-def read_run(file: Path) -> RecordedRun:
-    """Follow the robot of a recording once.
+    Args:
+        run: The run.
+        title: Its name.
+        world: Its surroundings at the start; None where they are not known.
 
     Raises:
-        ConfigurationError: not a recording, or an empty one.
+        ConfigurationError: a recording without sensor frames, or a damaged one.
     """
-    body = recorded_body(file, default="nao-v3")
-    run = first_run(list(moments(read_recording(file))))
-    if not run:
-        raise ConfigurationError(f"{file}: there is no sensor frame in it; record a robot that runs.")
-    observer = BalanceEstimator(body)
-    watch = Symptoms(observer)
-    stride = 1 + len(run) // MAX_CYCLES
-    balances: list[Balance] = []
+    observer = BalanceEstimator(run.body)
+    watch, rows = Symptoms(observer), RunRows(run.body, world)
     symptoms: list[Symptom] = []
-    off = None
+    table, prints = [], []
+    fell, stood, off = math.inf, math.inf, False
     console = Console(stderr=True)
-    for i, moment in enumerate(track(run, "reading the recording", console=console, transient=True)):
-        balance = observer.update(moment)
-        symptoms += watch.update(balance)
-        if i % stride == 0:
-            balances.append(balance)
-        if off is None and symptoms and symptoms[-1].kind == "fall":
-            off = watch.torso_off
-    diagnosis = explain(symptoms, torso_off=bool(off))
-    if diagnosis is not None:  # motions of a fallen robot are no symptoms
-        symptoms = [s for s in symptoms if s.time <= diagnosis.fell or s.kind in ("world", "order")]
-    return RecordedRun(body, balances, symptoms, diagnosis, _stood(run, diagnosis), recorded_world(file))
+    cycles = first_run(run.cycles())
+    for cycle in track(cycles, "reading the recording", console=console, transient=True):
+        balance, time = observer.update(cycle), cycle.sensors.time
+        found = watch.update(balance)
+        if math.isinf(fell) and any(s.kind == "fall" for s in found):
+            fell, off = time, watch.torso_off
+        elif time > fell + 1.0 and math.isinf(stood) and cycle.walk and cycle.walk.state in ("stand", "walk"):
+            stood = time
+        # motions of a fallen robot are no symptoms
+        symptoms += [s for s in found if s.time <= fell or s.kind in ("world", "order")]
+        prints += rows.prints(balance)
+        if rows.due(time):
+            table.append(rows.row(balance))
+    if not table:
+        raise ConfigurationError("The recording holds no sensor frame; record a robot that runs.")
+    events = events_json(symptoms, explain(symptoms, torso_off=off), stood)
+    chosen = np.array(table[:: 1 + len(table) // MAX_ROWS])
+    return rows.pack(chosen, prints, title=title, subtitle=run.title, **events)
 
 
-def _stood(run: list[Moment], diagnosis: Diagnosis | None) -> float:
-    fell = diagnosis.fell + 1.0 if diagnosis is not None else math.inf
-    later = (m for m in run if m.sensors.time > fell and m.walk is not None)
-    return next((m.sensors.time for m in later if m.walk and m.walk.state in ("stand", "walk")), math.inf)
-
-
-def first_run(recorded: list[Moment]) -> list[Moment]:
-    """The moments before the robot restarted: a timeline has one run."""
-    for i in range(1, len(recorded)):
-        if recorded[i].sensors.seq <= recorded[i - 1].sensors.seq:
-            return recorded[:i]
-    return recorded
+def first_run(cycles: Iterable[Cycle]) -> Iterator[Cycle]:
+    """The cycles before the robot restarted: a timeline has one run."""
+    last = -1
+    for cycle in cycles:
+        if cycle.sensors.seq <= last:
+            return
+        last = cycle.sensors.seq
+        yield cycle

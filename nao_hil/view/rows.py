@@ -1,4 +1,4 @@
-"""A run as numbers that the page draws: a header, and one row of fixed width for each moment.
+"""A run as numbers that the page draws: a header, and one row of fixed width for some of its cycles.
 
 Tables of numbers, rounded, and packed for a script to read.
 
@@ -32,7 +32,6 @@ from bridge.types import SIDES, Array
 from emulator.shell import Colour, ColouredMesh, lamps, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Stand, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
-from nao_hil.view.recorded_run import RecordedRun
 from nao_hil.view.signals import CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.surroundings import Footprints, terrain_meshes
 from walker.estimation.odometry import GroundPlane
@@ -128,7 +127,7 @@ def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
 
 
 class RunRows:
-    """Turns the moments of one robot into rows.
+    """Turns the cycles of one robot into rows.
 
     Args:
         body: Its data sheet.
@@ -172,7 +171,7 @@ class RunRows:
         return GroundPlane(*self.world.floor, 0.0) if self.world else GroundPlane()
 
     def due(self, time: float) -> bool:
-        """Whether a moment of this robot time, s, gets a row; an earlier one than the last does."""
+        """Whether a cycle of this robot time, s, gets a row; an earlier one than the last does."""
         if self._last <= time < self._last + ROW_PERIOD - TIME_TOLERANCE:
             return False
         self._last = time
@@ -180,7 +179,7 @@ class RunRows:
 
     def row(self, balance: Balance, late: float = math.nan) -> Array:
         """One row, shape (width,); `late` as of `signal_values`."""
-        frame, walk = balance.moment.sensors, balance.moment.walk
+        frame, walk = balance.cycle.sensors, balance.cycle.walk
         frames = balance.best.robot.frames
         turns = Rotation.from_matrix(frames[self._places, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
         turns[(turns * self._turns).sum(axis=1) < 0.0] *= -1.0
@@ -201,17 +200,17 @@ class RunRows:
                 [math.nan if polygon is None else float(tips(balance.best, polygon))],
                 corners,
                 [walk.step if walk else math.nan, self._phases.get(walk.phase, math.nan) if walk else math.nan],
-                self._lights(balance.moment.truth),
+                self._lights(balance.cycle.truth),
                 signal_values(balance, late),
             ]
         )
 
     def prints(self, balance: Balance) -> list[list[float]]:
-        """Footprints that a moment adds: time, kind by its place in `PRINTS`, corners on the floor, m."""
+        """Footprints that a cycle adds: time, kind by its place in `PRINTS`, corners on the floor, m."""
         kinds = list(PRINTS)
         return [
             [
-                balance.moment.sensors.time,
+                balance.cycle.sensors.time,
                 float(kinds.index(kind)),
                 *(c for x, y in corners for c in self._on_floor((float(x), float(y)))),
             ]
@@ -324,22 +323,6 @@ class RunRows:
         ]
 
 
-def recorded_rows(run: RecordedRun, title: str, subtitle: str) -> bytes:
-    """A whole recorded run, packed.
-
-    Args:
-        run: The run.
-        title: Its name.
-        subtitle: Robot, gait, seed.
-    """
-    rows = RunRows(run.body, run.world)
-    shown = [b for b in run.balances if rows.due(b.moment.sensors.time)]
-    prints = [found for b in run.balances for found in rows.prints(b)]
-    table = np.array([rows.row(b) for b in shown])
-    events = events_json(run.symptoms, run.diagnosis, run.stood)
-    return rows.pack(table, prints, title=title, subtitle=subtitle, **events)
-
-
 def world_json(world: WorldReply | None) -> dict[str, Any]:
     """Floor (its upward normal) and boxes."""
     floor = world.floor if world else (0.0, 0.0)
@@ -358,13 +341,13 @@ def events_json(
     """Events, and the fall with its first symptom; `stood`: robot time at which the robot is up again, s."""
     fall = None
     if diagnosis is not None:
-        first = diagnosis.first
+        reasons = [s for s in (diagnosis.before, diagnosis.first) if s is not None]
         fall = {
             "time": diagnosis.fell,
             "until": stood if math.isfinite(stood) else None,
-            "first": first.time if first else diagnosis.fell,
-            "text": first.text if first else "there was no sign before",
-            "meaning": (MEANING.get(first.kind, "") if first else "")
+            "first": reasons[0].time if reasons else diagnosis.fell,
+            "text": ", then ".join(s.text for s in reasons) or "there was no sign before",
+            "meaning": " ".join(MEANING[s.kind] for s in reasons if s.kind in MEANING)
             + (" The torso control was off." if diagnosis.torso_off else ""),
         }
     return {"events": [{"time": s.time, "kind": s.kind, "text": s.text} for s in symptoms], "fall": fall}

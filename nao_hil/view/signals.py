@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable
+from math import degrees
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from bridge.body.joints import JOINTS
-from bridge.messages.frames import ELEMENTS, UNITS
+from bridge.messages.columns import COLUMNS
+from bridge.messages.frames import ELEMENTS, SensorFrame
+from bridge.types import Array
 from nao_hil.analysis.diagnosis import Balance
 
 BLUE, ORANGE, GREEN, RED, GREY = "#339af0", "#ff922b", "#40c057", "#fa5252", "#868e96"
@@ -24,39 +27,45 @@ PHASES: Final = {
     "stand": "#343a40",
 }
 """Phases of a walk and their colours."""
+
+
+def _mm(metres: float | None) -> float | None:
+    return None if metres is None else 1e3 * metres
+
+
 LEGS: Final = [i for i, name in enumerate(JOINTS) if "Hip" in name or "Knee" in name or "Ankle" in name]
 QUANTITIES: Final = {"angle": "deg", "command": "deg", "current": "A", "temperature": "°C"}
 """Signals of each joint: quantity and unit."""
-BALANCE: Final = {
-    "torso roll": "deg",
-    "torso pitch": "deg",
-    "force left foot": "N",
-    "force right foot": "N",
-    "ZMP margin planned": "mm",
-    "ZMP margin by FSR": "mm",
-    "ZMP margin true": "mm",
-    "cycle late": "ms",
-    "gyroscope roll": "deg/s",
-    "gyroscope pitch": "deg/s",
-    "gyroscope yaw": "deg/s",
-    "accelerometer x": "m/s²",
-    "accelerometer y": "m/s²",
-    "accelerometer z": "m/s²",
-    "height left foot planned": "mm",
-    "height right foot planned": "mm",
-    "largest leg current": "A",
-    "hottest motor": "°C",
-}
-"""Signals of the whole robot and their units."""
-CONVERTED: Final = {
+_CONVERTED: Final = {
     *("position", "stiffness", "current", "temperature"),
     *("accelerometer", "gyroscope", "angle"),
 }
 """Fields of the sensor frame that other signals show; those of all others are signals as they are."""
-PLAIN: Final = {field: names for field, names in ELEMENTS.items() if field not in CONVERTED}
+_PLAIN: Final = [field for field in ELEMENTS if field not in _CONVERTED]
+_BALANCE: Final[dict[str, tuple[str, Callable[[Balance], float | None]]]] = {
+    "torso roll": ("deg", lambda b: degrees(b.cycle.sensors.angle[0])),
+    "torso pitch": ("deg", lambda b: degrees(b.cycle.sensors.angle[1])),
+    "force left foot": ("N", lambda b: sum(b.cycle.sensors.fsr[:4])),
+    "force right foot": ("N", lambda b: sum(b.cycle.sensors.fsr[4:])),
+    "ZMP margin planned": ("mm", lambda b: _mm(b.plan.margin if b.plan else None)),
+    "ZMP margin by FSR": ("mm", lambda b: _mm(b.sensed.margin)),
+    "ZMP margin true": ("mm", lambda b: _mm(b.true.margin if b.true else None)),
+    "gyroscope roll": ("deg/s", lambda b: degrees(b.cycle.sensors.gyroscope[0])),
+    "gyroscope pitch": ("deg/s", lambda b: degrees(b.cycle.sensors.gyroscope[1])),
+    "gyroscope yaw": ("deg/s", lambda b: degrees(b.cycle.sensors.gyroscope[2])),
+    "accelerometer x": ("m/s²", lambda b: b.cycle.sensors.accelerometer[0]),
+    "accelerometer y": ("m/s²", lambda b: b.cycle.sensors.accelerometer[1]),
+    "accelerometer z": ("m/s²", lambda b: b.cycle.sensors.accelerometer[2]),
+    "height left foot planned": ("mm", lambda b: _mm(b.cycle.walk.left[2] if b.cycle.walk else None)),
+    "height right foot planned": ("mm", lambda b: _mm(b.cycle.walk.right[2] if b.cycle.walk else None)),
+    "largest leg current": ("A", lambda b: max(b.cycle.sensors.current[i] for i in LEGS)),
+    "hottest motor": ("°C", lambda b: max(b.cycle.sensors.temperature)),
+}
+"""Signals of the whole robot: unit, and value; None: not known."""
 SIGNALS: Final = (
-    BALANCE
-    | {f"{field} {name}": UNITS.get(field, "") for field, names in PLAIN.items() for name in names}
+    {"cycle late": "ms"}
+    | {name: unit for name, (unit, _) in _BALANCE.items()}
+    | {f"{field} {name}": COLUMNS[SensorFrame][field].unit for field in _PLAIN for name in ELEMENTS[field]}
     | {f"{q} {joint}": unit for joint in JOINTS for q, unit in QUANTITIES.items()}
 )
 """Signal -> unit."""
@@ -133,39 +142,24 @@ CHARTS: Final = (
 """The charts shown at first; any signal can be added."""
 
 
-def signal_values(balance: Balance, late: float = math.nan) -> list[float]:
-    """Values of `SIGNALS` at a moment, in their order; NaN where a value is not known.
+def signal_values(balance: Balance, late: float = math.nan) -> Array:
+    """Values of `SIGNALS` in a cycle, in their order; NaN where a value is not known.
 
     Args:
-        balance: The moment.
-        late: Lateness of its cycle, ms.
+        balance: In the cycle.
+        late: Its lateness, ms.
     """
-    frame, walk, asked = balance.moment.sensors, balance.moment.walk, balance.moment.asked
-    values = {
-        **_named("torso {}", ("roll", "pitch"), np.degrees(frame.angle)),
-        "force left foot": sum(frame.fsr[:4]),
-        "force right foot": sum(frame.fsr[4:]),
-        "ZMP margin planned": _mm(balance.plan.margin if balance.plan else None),
-        "ZMP margin by FSR": _mm(balance.sensed.margin),
-        "ZMP margin true": _mm(balance.true.margin if balance.true else None),
-        "cycle late": late,
-        **_named("gyroscope {}", ("roll", "pitch", "yaw"), np.degrees(frame.gyroscope)),
-        **_named("accelerometer {}", "xyz", frame.accelerometer),
-        "height left foot planned": _mm(walk.left[2] if walk is not None else None),
-        "height right foot planned": _mm(walk.right[2] if walk is not None else None),
-        "largest leg current": max(frame.current[i] for i in LEGS),
-        "hottest motor": max(frame.temperature),
-        **{k: v for f, names in PLAIN.items() for k, v in _named(f + " {}", names, getattr(frame, f)).items()},
-        **_named("angle {}", JOINTS, np.degrees(frame.position)),
-        **_named("command {}", JOINTS, np.degrees(asked.position) if asked is not None else _UNKNOWN),
-        **_named("current {}", JOINTS, frame.current),
-        **_named("temperature {}", JOINTS, frame.temperature),
-    }
-    return [values[name] for name in SIGNALS]
-
-
-def _named(signal: str, names: Sequence[str], values: Iterable[float]) -> dict[str, float]:
-    return {signal.format(name): value for name, value in zip(names, values, strict=True)}
+    frame, asked = balance.cycle.sensors, balance.cycle.asked
+    values = (value(balance) for _, value in _BALANCE.values())
+    command = asked.position if asked is not None else _UNKNOWN
+    joints = np.array([np.degrees(frame.position), np.degrees(command), frame.current, frame.temperature])
+    return np.concatenate(
+        [
+            [late, *(math.nan if value is None else value for value in values)],
+            *(getattr(frame, field) for field in _PLAIN),
+            joints.T.ravel(),
+        ]
+    )
 
 
 class Lateness:
@@ -195,7 +189,3 @@ class Lateness:
         while self._recent[0][0] < time - LATENESS_WINDOW:
             self._recent.popleft()
         return now - self._recent[0][1]
-
-
-def _mm(metres: float | None) -> float:
-    return math.nan if metres is None else 1e3 * metres

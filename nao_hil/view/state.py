@@ -8,8 +8,8 @@ from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkStatus, WalkTelemetry
 from bridge.messages.world_state import WorldReply
 from bridge.motion.player import lying
-from nao_hil.analysis.diagnosis import Moment
 from nao_hil.runs.monitor import walk_in_force
+from nao_hil.runs.run import Cycle
 
 SILENCE_TIMEOUT: Final = 1.0
 """s without a frame after which the robot counts as silent."""
@@ -39,7 +39,7 @@ ALARMS: Final = ("crouch", "rest", "fallen")
 
 
 def describe(
-    moment: Moment | None,
+    cycle: Cycle | None,
     guard: GuardStatus | None,
     status: WalkStatus | None,
     world: WorldReply | None,
@@ -48,7 +48,7 @@ def describe(
     """The state as the page shows it.
 
     Args:
-        moment: The newest; None: no frame yet.
+        cycle: The newest; None: no frame yet.
         guard: The robot's newest report of itself; None: none yet.
         status: The walker's; None: no walker answers.
         world: Of an emulator; None: not known, or a real robot.
@@ -59,9 +59,9 @@ def describe(
         armed (None: not reported yet), paused, held by, cycles missed.
     """
     paused = world is not None and world.paused
-    walk = walk_in_force(guard, moment.walk, moment.sensors) if moment is not None else None
+    walk = walk_in_force(guard, cycle.walk, cycle.sensors) if cycle is not None else None
     state: dict[str, Any] = {
-        "words": _words(moment, guard, walk, silent, paused),
+        "words": _words(cycle, guard, walk, silent, paused),
         "alarm": guard is not None and guard.state in ALARMS,
         "walks": walk is not None,
         "velocity": list(status.velocity) if walk and status else [0.0, 0.0, 0.0],
@@ -69,19 +69,19 @@ def describe(
         "armed": guard.armed if guard else None,
         "paused": paused,
         "holder": guard.holder if guard else "",
-        "missed": moment.sensors.missed if moment else 0,
+        "missed": cycle.sensors.missed if cycle else 0,
     }
     return state
 
 
 def _words(
-    moment: Moment | None, guard: GuardStatus | None, walk: WalkTelemetry | None, silent: float, paused: bool
+    cycle: Cycle | None, guard: GuardStatus | None, walk: WalkTelemetry | None, silent: float, paused: bool
 ) -> str:
-    if moment is None:
+    if cycle is None:
         return "waits for the robot"
     if silent > SILENCE_TIMEOUT:
         return "paused" if paused else f"no word from the robot for {silent:.0f} s"
-    posture = LYING.get(lying(moment.sensors.angle), "lies on its side")
+    posture = LYING.get(lying(cycle.sensors.angle), "lies on its side")
     if walk is not None:
         words = "gets up" if walk.state == "motion" and posture else WALK.get(walk.state, walk.state)
     elif guard is None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.body import load_body
 from bridge.guard import Guard
-from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import TruthFrame, WalkTelemetry
 from bridge.recording.observer import Observer
 from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
@@ -22,6 +22,7 @@ from emulator.wear import load_wear
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
+from nao_hil.runs.run import RunObserver
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
@@ -31,23 +32,15 @@ WIDTH, HEIGHT = 300, 520
 
 
 class Strip(Observer):
-    """Observer that takes a picture every so often and keeps the data of the plot."""
+    """Observer that takes a picture every so often."""
 
     def __init__(self, robot: EmulatedRobot) -> None:
         self._robot = robot
         self.frames: list[NDArray[np.uint8]] = []
-        self.rows: list[tuple[float, ...]] = []
-        self.plan: list[tuple[float, float]] = []
-
-    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
-        """Keep time, feet loads, torso and ZMP."""
-        zmp = truth.zmp or (math.nan, math.nan)
-        self.rows.append((frame.time, sum(frame.fsr[:4]), sum(frame.fsr[4:]), *frame.angle, *zmp))
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Keep the planned ZMP; take a picture at even distances of time."""
-        self.plan.append(message.zmp)
-        if len(self.plan) % 100 == 60:
+        """Take a picture at even distances of time."""
+        if message.seq % 100 == 59:
             self.frames.append(picture(self._robot, self._robot.truth()))
 
 
@@ -62,9 +55,9 @@ def draw(file: str, gait: str, wear: str) -> None:
     """Walk six steps in process and draw them."""
     body = load_body("nao-v3")
     with EmulatedRobot(body, seed=0, wear=load_wear(wear, body)) as robot:
-        strip = Strip(robot)
+        strip, kept = Strip(robot), RunObserver(body)
         controller = controller_maker(RunConfig(gait=gait, steps=6))(body, body.cycle)
-        run(robot, Guard(body), controller, [strip], max_cycles=6000)
+        run(robot, Guard(body), controller, [strip, kept], max_cycles=6000)
     chosen = np.linspace(0, len(strip.frames) - 1, PICTURES).round().astype(int)
     figure = plt.figure(figsize=(12, 7), layout="constrained")
     upper, lower = figure.subfigures(2, 1, height_ratios=(1.35, 1.0))
@@ -72,15 +65,14 @@ def draw(file: str, gait: str, wear: str) -> None:
         axes.imshow(strip.frames[i])
         axes.set_axis_off()
         axes.set_title(f"{(100 * i + 60) * body.cycle:.1f} s", fontsize=9)
-    rows = np.array(strip.rows)
+    sensors, truth, plan = (kept.run[topic] for topic in ("sensors", "world/truth", "walk/telemetry"))
     loads, zmp = lower.subplots(1, 2)
-    loads.plot(rows[:, 0], rows[:, 1], label="left foot")
-    loads.plot(rows[:, 0], rows[:, 2], label="right foot")
+    loads.plot(sensors["time"], sensors["fsr"][:, :4].sum(axis=1), label="left foot")
+    loads.plot(sensors["time"], sensors["fsr"][:, 4:].sum(axis=1), label="right foot")
     loads.set(xlabel="time, s", ylabel="sum of the four FSR, N")
     loads.legend(fontsize=8)
-    plan = np.array(strip.plan)
-    zmp.plot(rows[:, 0], rows[:, 6], lw=0.6, label="measured (ground truth)")
-    zmp.plot(rows[: len(plan), 0], plan[:, 1], label="planned")
+    zmp.plot(truth["time"], truth["zmp"][:, 1], lw=0.6, label="measured (ground truth)")
+    zmp.plot(plan["time"], plan["zmp"][:, 1], label="planned")
     zmp.set(xlabel="time, s", ylabel="ZMP, y, m")
     zmp.legend(fontsize=8)
     figure.savefig(file, dpi=90)

@@ -29,9 +29,11 @@ from bridge.messages import (
     decode_command,
     encode,
 )
+from bridge.messages.columns import COLUMNS
 from bridge.messages.faults import JointWeak, SensorDead
 from bridge.messages.frames import ELEMENTS, sensor_slots
 from bridge.messages.world import PlateUnderFoot, Push, StartFault, WorldCommand
+from bridge.recording.canonical import LEFT_OUT, RECORDED
 from tests.frames import standing_frame
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -348,3 +350,12 @@ def test_sensors_are_selected_whole_or_by_element() -> None:
     assert SensorDead(sensor="fsr.RRR").name == "sensor-dead:fsr.RRR"
     with pytest.raises(ValueError, match="did you mean 'LFL'"):
         sensor_slots("fsr.LFLL")
+
+
+@pytest.mark.parametrize("kind", RECORDED)
+def test_every_recorded_quantity_is_a_declared_column(kind: type[msgspec.Struct]) -> None:
+    fields = []
+    for field in msgspec.structs.fields(kind):
+        parts = getattr(field.type, "__struct_fields__", None)
+        fields += [f"{field.name}.{part}" for part in parts] if parts else [field.name]
+    assert list(COLUMNS[kind]) == [name for name in fields if name not in {*LEFT_OUT, "version"}]

@@ -20,7 +20,7 @@ from bridge.recording.canonical import FrameHash
 from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.analysis.inspection import inspect
-from nao_hil.recording import load
+from nao_hil.runs.run import load
 from tests.frames import standing_frame, truth_frame, walk_telemetry
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
@@ -287,7 +287,7 @@ def test_a_damaged_recording_is_not_called_whole(begin: int, tmp_path: Path) -> 
     for i in range(begin % len(data), begin % len(data) + 40):
         data[i] ^= 0x5A
     path.write_bytes(data)
-    for read in (inspect, load):
+    for read in (inspect, lambda path: load(path)["sensors"]):
         with pytest.raises(ConfigurationError, match=r"run\.mcap: is damaged"):
             read(path)
 

@@ -22,10 +22,10 @@ from nao_hil.analysis.plots import PLOTS
 from nao_hil.analysis.plots.balance_figures import torso
 from nao_hil.analysis.plots.draw import FIGURES, draw, missing
 from nao_hil.analysis.plots.motion_figures import cycle
-from nao_hil.analysis.plots.tables import Tables, load
-from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
-from nao_hil.cli.main import run
+from nao_hil.analysis.plots.time_axes import explain_marks, falls, fit_to_walk, phases
+from nao_hil.cli.main import run as command
 from nao_hil.cli.plot import chosen, complete
+from nao_hil.runs.run import Run, load
 from tests.frames import standing_frame
 
 BODY = load_body("nao-v3")
@@ -84,13 +84,13 @@ def record(path: Path, *, robot_alone: bool = False) -> Path:
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory: pytest.TempPathFactory) -> Tables:
-    return load(record(tmp_path_factory.mktemp("plots") / "walk.mcap"), BODY)
+def walk(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return load(record(tmp_path_factory.mktemp("plots") / "walk.mcap"))
 
 
-def lines(tables: Tables, name: str, axis: int = 0) -> dict[str, np.ndarray]:
+def lines(walk: Run, name: str, axis: int = 0) -> dict[str, np.ndarray]:
     figure = Figure()
-    FIGURES[name][0](tables, figure)
+    FIGURES[name][0](walk, figure)
     return {str(line.get_label()): line.get_xydata() for line in figure.axes[axis].lines}  # type: ignore[misc]
 
 
@@ -98,18 +98,18 @@ def test_every_name_has_a_figure() -> None:
     assert list(PLOTS) == list(FIGURES)
 
 
-def test_the_truth_is_drawn_in_the_walk_frame(tables: Tables) -> None:
+def test_the_truth_is_drawn_in_the_walk_frame(walk: Run) -> None:
     """Forwards at 0.1 m/s from where the plan has the centre of mass, whatever the heading in the world."""
-    along, across = (lines(tables, "com", axis)["ground truth"] for axis in (0, 1))
+    along, across = (lines(walk, "com", axis)["ground truth"] for axis in (0, 1))
     time = np.arange(CYCLES) * BODY.cycle
     np.testing.assert_allclose(along, np.column_stack([time, 20.0 + 100.0 * time]), atol=1e-9)
     np.testing.assert_allclose(across[:, 1], 0.0, atol=1e-9)
-    assert len(lines(tables, "path")["torso, ground truth"]) == 51  # up to the fall
+    assert len(lines(walk, "path")["torso, ground truth"]) == 51  # up to the fall
 
 
-def test_the_margin_is_the_distance_to_the_sole_s_edge(tables: Tables) -> None:
+def test_the_margin_is_the_distance_to_the_sole_s_edge(walk: Run) -> None:
     """On the left foot alone: the convex outline's nearest edge to the point 30 mm ahead of the ankle."""
-    drawn = lines(tables, "margin")["ZMP from the foot sensors"]
+    drawn = lines(walk, "margin")["ZMP from the foot sensors"]
     edges = ConvexHull(np.array(BODY.foot.sole)).equations  # outward normals, offsets
     nearest = -(edges[:, :2] @ (0.03, 0.0) + edges[:, 2]).max()
     assert math.isnan(drawn[0, 1])
@@ -117,31 +117,32 @@ def test_the_margin_is_the_distance_to_the_sole_s_edge(tables: Tables) -> None:
     assert (drawn[30:, 1] > drawn[1, 1] - 1e-9).all()  # two feet are no smaller than one
 
 
-def test_angles_forces_and_ages(tables: Tables) -> None:
-    np.testing.assert_allclose(lines(tables, "torso", 1)["fused angle of the robot"][:, 1], math.degrees(0.02))
-    np.testing.assert_allclose(lines(tables, "torso", 1)["ground truth"][:, 1], 0.0, atol=1e-9)
-    np.testing.assert_allclose(lines(tables, "fsr")["left foot"][:, 1], 24.0)
-    np.testing.assert_allclose(lines(tables, "error")["measured less asked for"][:, 1], 0.0)
+def test_angles_forces_and_ages(walk: Run) -> None:
+    np.testing.assert_allclose(lines(walk, "torso", 1)["fused angle of the robot"][:, 1], math.degrees(0.02))
+    np.testing.assert_allclose(lines(walk, "torso", 1)["ground truth"][:, 1], 0.0, atol=1e-9)
+    np.testing.assert_allclose(lines(walk, "fsr")["left foot"][:, 1], 24.0)
+    np.testing.assert_allclose(lines(walk, "error")["measured less asked for"][:, 1], 0.0)
     figure = Figure()
-    cycle(tables, figure)
+    cycle(walk, figure)
     np.testing.assert_allclose(figure.axes[0].lines[-1].get_ydata()[1:], 1.0)
 
 
-def test_phases_and_the_fall_are_marked(tables: Tables) -> None:
-    assert [phase[0] for phase in tables.phases()] == ["SSL", "DSR"]
-    assert tables.phases()[0][1:] == pytest.approx((0.0, 0.30))
-    assert tables.fell == pytest.approx(0.51)
+def test_phases_and_the_fall_are_marked(walk: Run) -> None:
+    assert [phase[0] for phase in phases(walk)] == ["SSL", "DSR"]
+    assert phases(walk)[0][1:] == pytest.approx((0.0, 0.30))
+    assert walk.fell == pytest.approx(0.51)
+    assert falls(walk) == [(pytest.approx(0.51), math.inf)]
 
 
 @pytest.mark.parametrize("name", PLOTS)
-def test_each_plot_is_written(tables: Tables, name: str, tmp_path: Path) -> None:
-    draw([(tables, "walk.mcap")], name, tmp_path / "plot.svg")
+def test_each_plot_is_written(walk: Run, name: str, tmp_path: Path) -> None:
+    draw([(walk, "walk.mcap")], name, tmp_path / "plot.svg")
     root = ElementTree.parse(tmp_path / "plot.svg").getroot()
     assert root.tag.endswith("svg")
 
 
 def test_a_robot_without_truth_and_telemetry_has_plots_too(tmp_path: Path) -> None:
-    alone = load(record(tmp_path / "alone.mcap", robot_alone=True), BODY)
+    alone = load(record(tmp_path / "alone.mcap", robot_alone=True))
     assert {name for name in PLOTS if not missing(alone, name)} == {
         "torso",
         "fsr",
@@ -152,7 +153,7 @@ def test_a_robot_without_truth_and_telemetry_has_plots_too(tmp_path: Path) -> No
         "path",
         "cycle",
     }
-    with pytest.raises(ConfigurationError, match="nothing of telemetry was recorded"):
+    with pytest.raises(ConfigurationError, match="nothing of walk/telemetry was recorded"):
         draw([(alone, "alone.mcap")], "zmp", tmp_path / "no.png")
     draw([(alone, "alone.mcap")], "torso", tmp_path / "torso.png")
     assert (tmp_path / "torso.png").read_bytes().startswith(b"\x89PNG")
@@ -164,15 +165,15 @@ def test_a_picture_of_several_runs_bears_their_names(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         record(tmp_path / name / "frames.mcap")
     single = record(tmp_path / "walk.mcap")
-    assert run(["plot", str(tmp_path / "with"), str(tmp_path / "half"), "--what", "torso"]) == 0
+    assert command(["plot", str(tmp_path / "with"), str(tmp_path / "half"), "--what", "torso"]) == 0
     assert [file.name for file in (tmp_path / "with").glob("*.png")] == ["with-and-half-torso.png"]
-    assert run(["plot", *[str(single)] * 5, "--what", "torso", "--out", str(tmp_path / "out")]) == 0
+    assert command(["plot", *[str(single)] * 5, "--what", "torso", "--out", str(tmp_path / "out")]) == 0
     assert [f.name for f in (tmp_path / "out").iterdir()] == ["walk-and-walk-and-walk-and-2-more-torso.png"]
 
 
 def test_a_stretch_of_time_is_cut_out(tmp_path: Path) -> None:
-    cut = load(record(tmp_path / "walk.mcap"), BODY, begin=0.1, end=0.2)
-    assert [frame.seq for frame in cut.sensors] == list(range(10, 21))
+    cut = load(record(tmp_path / "walk.mcap")).between(0.1, 0.2)
+    assert cut["sensors"]["seq"].tolist() == list(range(10, 21))
 
 
 def test_names_are_chosen_completed_and_corrected() -> None:
@@ -185,11 +186,12 @@ def test_names_are_chosen_completed_and_corrected() -> None:
     assert "did you mean 'torso'" in str(refused.value)
 
 
-def test_the_fall_does_not_set_the_range_of_an_axis_and_the_marks_are_explained(tmp_path: Path) -> None:
-    file = tmp_path / "fall.mcap"
-    with Recorder(file, {"robot": "nao-v3"}) as recorder:
-        for k in range(200):
-            roll = 0.02 * math.sin(0.3 * k) if k < 160 else 1.5
+def lying(path: Path, *, from_: int, up: int = 1000, turn: float = 0.0) -> Run:
+    """Four seconds of a robot that turns about the vertical, rad/s, and lies from one cycle up to another."""
+    with Recorder(path, {"robot": "nao-v3"}) as recorder:
+        for k in range(400):
+            down, yaw = from_ <= k < up, turn * k * BODY.cycle
+            roll = 1.5 if from_ - 20 <= k < up else 0.02 * math.sin(0.3 * k)
             recorder.write(standing_frame(k, time=k * BODY.cycle, angle=(roll, 0.01 * math.cos(k))))
             contact = Contact(force=(0.0, 0.0, 24.0), cop=(0.02, 0.0))
             recorder.write(
@@ -197,7 +199,7 @@ def test_the_fall_does_not_set_the_range_of_an_axis_and_the_marks_are_explained(
                     seq=k,
                     time=k * BODY.cycle,
                     torso_position=(0.0, 0.0, 0.3),
-                    torso_orientation=(0.0, 0.0, 0.0, 1.0),
+                    torso_orientation=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
                     torso_velocity=(0.0, 0.0, 0.0),
                     torso_angular_velocity=(0.0, 0.0, 0.0),
                     joints=POSTURES["StandInit"],
@@ -205,13 +207,28 @@ def test_the_fall_does_not_set_the_range_of_an_axis_and_the_marks_are_explained(
                     zmp=None,
                     left=contact,
                     right=contact,
-                    fell=k >= 180,
+                    fell=down,
                 )
             )
-    tables, figure = load(file, BODY), Figure()
-    torso(tables, figure)
-    fit_to_walk(tables, figure)
-    explain_marks(tables, figure)
+    return load(path)
+
+
+@pytest.mark.parametrize(("up", "end"), [(1000, 2.3), (260, 4.0)])
+def test_a_plot_ends_after_the_last_fall_and_shows_the_range_of_a_robot_on_its_feet(
+    tmp_path: Path, up: int, end: float
+) -> None:
+    walk, figure = lying(tmp_path / "fall.mcap", from_=180, up=up), Figure()
+    torso(walk, figure)
+    fit_to_walk(walk, figure)
+    explain_marks(walk, figure)
     low, high = figure.axes[0].get_ylim()
     assert math.degrees(0.0199) <= high < 2.0 and -2.0 < low <= -math.degrees(0.0199)
+    assert figure.axes[0].get_xlim()[1] == pytest.approx(end, abs=0.3 if up < 400 else 0.01)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fall"]
+
+
+def test_a_heading_past_half_a_turn_draws_no_jump(tmp_path: Path) -> None:
+    walk, figure = lying(tmp_path / "turn.mcap", from_=1000, turn=2.0), Figure()
+    torso(walk, figure)
+    heading = next(line for line in figure.axes[2].lines if line.get_label() == "ground truth").get_ydata()
+    np.testing.assert_allclose(np.diff(heading), math.degrees(2.0 * BODY.cycle), rtol=1e-6)

@@ -127,7 +127,7 @@ def test_a_recording_is_arrays(recorded: tuple[Any, Path]) -> None:
     assert isinstance(recording, Mapping) and recording.config["gait"] == "dynamic"
     sensors, truth = recording["sensors"], recording["world/truth"]
     assert sensors["position"].shape == (summary.cycles + 1, 25) and sensors.rows == summary.cycles + 1
-    assert f"sensors: {sensors.rows} rows of seq, time, position (25)" in repr(recording)
+    assert f"sensors: {sensors.rows} rows of seq, time (s), position (25, rad)" in repr(recording)
     assert repr(sensors) in repr(recording).splitlines()[0]
     for wrong in (lambda: recording["sensor"], lambda: sensors["postion"]):
         with pytest.raises(KeyError, match=r"unknown (table|column) '\w+' \(did you mean '(sensors|position)'"):
@@ -156,7 +156,7 @@ def test_tables_become_data_frames_where_pandas_is(
     table = nao_hil.load(recorded[1])["sensors"]
     frame = table.to_pandas()
     assert (frame["position.LKneePitch"] == table["position"][:, nao_hil.JOINTS.index("LKneePitch")]).all()
-    assert {"fsr.7", "missed", "gyroscope.2"} <= set(frame)
+    assert {"fsr.RRR", "missed", "gyroscope.z"} <= set(frame)
 
 
 def test_without_pandas_a_sentence_says_so(recorded: tuple[Any, Path], monkeypatch: pytest.MonkeyPatch) -> None:

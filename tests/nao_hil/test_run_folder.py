@@ -8,11 +8,11 @@ import pytest
 import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
-from nao_hil.analysis.run_title import run_title
 from nao_hil.cli.main import run
 from nao_hil.runs.capture import free_name
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.run import load
 from tests.ports import free_endpoint
 
 Output = pytest.CaptureFixture[str]
@@ -93,7 +93,7 @@ def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_fol
     _, second, _ = up(capsys, "--config", str(tmp_path / "b" / "config.toml"), "--out", str(tmp_path / "c"))
     assert json.loads(first)["frames_sha256"] == json.loads(second)["frames_sha256"]
     title = "sheet.toml, wear knees.toml, gait omni, seed 0"  # no folders
-    assert run_title(tmp_path / "b" / "frames.mcap") == title
+    assert load(tmp_path / "b" / "frames.mcap").title == title
 
 
 @pytest.mark.parametrize("field", ["robot", "wear", "scenario"])

@@ -34,9 +34,10 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
 from emulator.scenarios.ground import PlacedBox, ScenarioFloor
 from emulator.scenarios.model import Scenario
-from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom, explain
+from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Symptom, explain
 from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
+from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
 from nao_hil.view.follow import FAULTS, LiveRun
 from nao_hil.view.orders import ABSENCE_TIMEOUT, JOINT_RATE, RESTART, Driving, Hand, Orders, SlowMotion
@@ -61,41 +62,41 @@ STATUS = walk_status(text="It walks.", state="walk", velocity=(0.05, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
-def standing() -> list[Moment]:
+def standing() -> list[Cycle]:
     """Two seconds of a robot that stands."""
-    builder, kept = MomentBuilder(), []
+    builder, kept = CycleBuilder(), []
     with EmulatedRobot(BODY, seed=0, engine="mujoco") as robot:
         for _ in range(200):
             robot.advance(None)
             for message in (robot.frame, robot.truth()):
-                if (moment := builder.add(message)) is not None:
-                    kept.append(moment)
+                if (cycle := builder.add(message)) is not None:
+                    kept.append(cycle)
     return kept
 
 
-def test_a_row_holds_the_true_pose_the_forces_and_every_signal(standing: list[Moment]) -> None:
-    moment = standing[-1]
+def test_a_row_holds_the_true_pose_the_forces_and_every_signal(standing: list[Cycle]) -> None:
+    cycle = standing[-1]
     asked = ActuatorFrame(position=tuple(0.01 * i for i in range(25)), stiffness=(1.0,) * 25, reply_to=1)
     rows = RunRows(BODY)
-    row = rows.row(BalanceEstimator(BODY).update(moment._replace(asked=asked)), 1.5)
+    row = rows.row(BalanceEstimator(BODY).update(cycle._replace(asked=asked)), 1.5)
     _, tables = unpacked(rows.pack(np.array([row]), []))
-    assert moment.truth is not None
+    assert cycle.truth is not None
     torso = 3 * rows.links.index("Torso")
-    np.testing.assert_allclose(tables["position"][0, torso : torso + 3], moment.truth.torso_position, atol=1e-4)
+    np.testing.assert_allclose(tables["position"][0, torso : torso + 3], cycle.truth.torso_position, atol=1e-4)
     w, x, y, z = tables["attitude"][0, :4]
-    np.testing.assert_allclose(matrix((x, y, z, w)), matrix(moment.truth.torso_orientation), atol=1e-3)
-    np.testing.assert_allclose(tables["loads"][0], moment.sensors.fsr, atol=0.06)
+    np.testing.assert_allclose(matrix((x, y, z, w)), matrix(cycle.truth.torso_orientation), atol=1e-3)
+    np.testing.assert_allclose(tables["loads"][0], cycle.sensors.fsr, atol=0.06)
     signals = dict(zip(SIGNALS, tables["signals"][0], strict=True))
     knee = JOINTS.index("LKneePitch")
     expected = {
-        "torso pitch": math.degrees(moment.sensors.angle[1]),
-        "force left foot": sum(moment.sensors.fsr[:4]),
+        "torso pitch": math.degrees(cycle.sensors.angle[1]),
+        "force left foot": sum(cycle.sensors.fsr[:4]),
         "cycle late": 1.5,
-        "accelerometer z": moment.sensors.accelerometer[2],
-        "angle LKneePitch": math.degrees(moment.sensors.position[knee]),
+        "accelerometer z": cycle.sensors.accelerometer[2],
+        "angle LKneePitch": math.degrees(cycle.sensors.position[knee]),
         "command LKneePitch": math.degrees(0.01 * knee),
-        "current LKneePitch": moment.sensors.current[knee],
-        "temperature LKneePitch": moment.sensors.temperature[knee],
+        "current LKneePitch": cycle.sensors.current[knee],
+        "temperature LKneePitch": cycle.sensors.temperature[knee],
     }
     assert {name: signals[name] for name in expected} == pytest.approx(expected, abs=0.006)
     assert math.isnan(signals["ZMP margin planned"])  # no walker has said anything
@@ -105,7 +106,7 @@ def test_every_chart_shows_signals_that_there_are() -> None:
     assert {line.signal for chart in CHARTS for line in chart.lines} <= set(SIGNALS)
 
 
-def test_rows_come_thirty_times_a_second_whatever_the_cycle(standing: list[Moment]) -> None:
+def test_rows_come_thirty_times_a_second_whatever_the_cycle(standing: list[Cycle]) -> None:
     rows = RunRows(BODY)
     times = [m.sensors.time for m in standing if rows.due(m.sensors.time)]
     assert np.diff(times) == pytest.approx(0.03)
@@ -123,10 +124,10 @@ def test_a_frame_is_late_against_the_most_punctual_one_and_a_pause_is_no_latenes
     assert math.isnan(lateness.update(1.0, 0))  # recordings have no wall clock
 
 
-def test_a_live_run_gives_a_late_browser_what_the_others_have(standing: list[Moment]) -> None:
+def test_a_live_run_gives_a_late_browser_what_the_others_have(standing: list[Cycle]) -> None:
     info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
     run = LiveRun(info, "robot nao", REPLY)  # type: ignore[arg-type]
-    messages = [message for moment in standing for message in run.take(moment)]
+    messages = [message for cycle in standing for message in run.take(cycle)]
     sent = np.array([np.frombuffer(m, "<f4") for m in messages if isinstance(m, bytes)])
     header, tables = unpacked(run.packed(emulated=True))
     assert sent.shape == (len(tables["time"]), run.rows.width)
@@ -142,7 +143,8 @@ def test_the_fall_says_its_first_sign_and_when_it_was_over() -> None:
     fall = Symptom(4.9, "fall", "the robot fell")
     diagnosis = Diagnosis(fell=4.9, chain=(push, first, fall), first=first, before=push, torso_off=True)
     told = events_json([push, first, fall], diagnosis, 9.5)
-    assert told["fall"]["time"] == 4.9 and told["fall"]["until"] == 9.5 and told["fall"]["first"] == 4.2
+    assert told["fall"]["time"] == 4.9 and told["fall"]["until"] == 9.5 and told["fall"]["first"] == 4.0
+    assert told["fall"]["text"] == f"{push.text}, then {first.text}"
     assert told["fall"]["meaning"].startswith(MEANING["zmp"])
     assert told["fall"]["meaning"].endswith("torso control was off.")
     assert [event["time"] for event in told["events"]] == [4.0, 4.2, 4.9]
@@ -169,29 +171,29 @@ def telemetry(seq: int, state: str = "walk") -> WalkTelemetry:
     ],
 )
 def test_the_state_is_the_robots_own_report_not_the_walkers_last_word(
-    standing: list[Moment], guard: dict[str, str], angle: tuple[float, float], words: str, alarm: bool
+    standing: list[Cycle], guard: dict[str, str], angle: tuple[float, float], words: str, alarm: bool
 ) -> None:
     frame = msgspec.structs.replace(standing[-1].sensors, angle=angle)
     walks = guard.get("holder") == "walker"
-    moment = Moment(frame, walk=telemetry(frame.seq if walks else max(frame.seq - 100, 0)))
+    cycle = Cycle(frame, walk=telemetry(frame.seq if walks else max(frame.seq - 100, 0)))
     report = GuardStatus(seq=1, armed=True, text="", **guard)  # type: ignore[arg-type]
-    state = describe(moment, report, STATUS, REPLY, 0.0)
+    state = describe(cycle, report, STATUS, REPLY, 0.0)
     assert (state["words"], state["alarm"]) == (words, alarm)
     assert state["velocity"] == ([0.05, 0.0, 0.0] if walks else [0.0, 0.0, 0.0])
 
 
-def test_a_silent_robot_is_not_said_to_walk(standing: list[Moment]) -> None:
+def test_a_silent_robot_is_not_said_to_walk(standing: list[Cycle]) -> None:
     frame = standing[-1].sensors
-    moment = Moment(frame, walk=telemetry(frame.seq))
+    cycle = Cycle(frame, walk=telemetry(frame.seq))
     report = GuardStatus(seq=1, state="active", armed=True, holder="walker", text="")
-    assert describe(moment, report, STATUS, REPLY, 4.2)["words"] == "no word from the robot for 4 s"
+    assert describe(cycle, report, STATUS, REPLY, 4.2)["words"] == "no word from the robot for 4 s"
     paused = msgspec.structs.replace(REPLY, paused=True)
-    assert describe(moment, report, STATUS, paused, 4.2)["words"] == "paused"
+    assert describe(cycle, report, STATUS, paused, 4.2)["words"] == "paused"
     assert describe(None, None, None, None, 0.0)["words"] == "waits for the robot"
 
 
 def test_stops_arming_and_orders_are_events_also_of_a_robot_that_lies_and_no_sign_of_trouble(
-    standing: list[Moment],
+    standing: list[Cycle],
 ) -> None:
     notices = tuple(
         Notice(seq=1, level="info", code=code, text=f"{code}.")
@@ -207,11 +209,11 @@ def test_stops_arming_and_orders_are_events_also_of_a_robot_that_lies_and_no_sig
     assert diagnosis is not None and diagnosis.first is None and diagnosis.before is None
 
 
-def test_armed_is_unknown_until_the_robot_reports_it(standing: list[Moment]) -> None:
-    moment = Moment(standing[-1].sensors)
-    assert describe(moment, None, None, REPLY, 0.0)["armed"] is None
+def test_armed_is_unknown_until_the_robot_reports_it(standing: list[Cycle]) -> None:
+    cycle = Cycle(standing[-1].sensors)
+    assert describe(cycle, None, None, REPLY, 0.0)["armed"] is None
     report = GuardStatus(seq=1, state="idle", armed=False, text="")
-    assert describe(moment, report, None, REPLY, 0.0)["armed"] is False
+    assert describe(cycle, report, None, REPLY, 0.0)["armed"] is False
 
 
 class FakeCommands:
@@ -467,9 +469,9 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
     until(lambda: not hand.holds, "the robot to be free")
 
 
-def test_a_replay_shows_the_run_before_a_reset(standing: list[Moment]) -> None:
-    assert first_run([*standing, *standing[:5]]) == standing
-    assert first_run(standing) == standing
+def test_a_replay_shows_the_run_before_a_reset(standing: list[Cycle]) -> None:
+    assert list(first_run([*standing, *standing[:5]])) == standing
+    assert list(first_run(standing)) == standing
 
 
 def test_the_boxes_of_a_scenario_lie_on_its_floor() -> None:

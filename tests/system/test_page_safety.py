@@ -18,7 +18,7 @@ from playwright.sync_api import Page
 from bridge.body import load_body
 from bridge.messages.guard import GuardStatus
 from emulator.robot import EmulatedRobot
-from nao_hil.analysis.diagnosis import MomentBuilder
+from nao_hil.runs.run import CycleBuilder
 from nao_hil.view.access import Access
 from nao_hil.view.follow import Follower, LiveRun
 from nao_hil.view.orders import Orders
@@ -57,7 +57,7 @@ class Served:
 
     def open(self) -> PageServer:
         """Serve it."""
-        body, builder = load_body("nao-v6"), MomentBuilder()
+        body, builder = load_body("nao-v6"), CycleBuilder()
         server, stop = PageServer("127.0.0.1", self.port, Access()), threading.Event()
         follower = Follower(server, "nao", "tcp/127.0.0.1:1", stop)
         info = SimpleNamespace(body=body.name, sheet="", side="emulator", mode="real-time")
@@ -66,8 +66,8 @@ class Served:
             for _ in range(300):
                 robot.advance(None)
                 for message in (robot.frame, robot.truth()):
-                    if (moment := builder.add(message)) is not None:
-                        run.take(moment)
+                    if (cycle := builder.add(message)) is not None:
+                        run.take(cycle)
         guard = GuardStatus(seq=1, state="idle", armed=bool(self.armed), text="")
         follower._state = describe(run.newest, None if self.armed is None else guard, None, None, 0.0)
         follower._state["gait"] = "omni"

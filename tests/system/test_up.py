@@ -27,6 +27,7 @@ from nao_hil.analysis.inspection import inspect
 from nao_hil.cli.main import run
 from nao_hil.runs.announcer import WALKER_ENDED
 from nao_hil.runs.monitor import Monitor
+from nao_hil.runs.run import load
 from tests.loops import until
 
 Start = Callable[..., Any]
@@ -230,7 +231,7 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
         fallen = until(lambda: monitor.sensors, "a frame").time
     command.interrupt()
     last = folder / "frames-2.mcap"
-    told = diagnose(last)
+    told = diagnose(load(last))
     assert told is not None and told.fell < fallen + 1.0
     assert command.result["diagnosis"] == told.sentence
     assert last.name in "".join(command.stderr.replace("│", "").split())  # the table folds long paths

@@ -1,90 +1,25 @@
-"""Balance of a robot at one moment: support polygon, zero moment point, margin, capture point.
+"""Balance of a robot in one cycle: support polygon, zero moment point, margin, capture point.
 
 Each twice where it can be: by the robot's own sensors, and by the ground truth.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from bridge.body import Body
 from bridge.body.kinematics import FloatingBase, RobotPose, homogeneous
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.messages.topics import Message
+from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.polygon import SupportPolygon, convex_hull
-from bridge.recording.playback import Recorded
 from bridge.rotations import heading, matrix
 from bridge.types import SIDES, Array, Pose, Side
+from nao_hil.runs.run import Cycle
 from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
 from walker.estimation.odometry import GroundPlane, GyroscopeHeading, Odometry, middle_of_soles, on_ground
 from walker.functions import LinearPendulum
 from walker.gaits.plan import Foothold
-
-
-class Moment(NamedTuple):
-    """One sensor frame with the messages that belong to it."""
-
-    sensors: SensorFrame
-    truth: TruthFrame | None = None
-    """Of the same instant; None on a real robot."""
-    walk: WalkTelemetry | None = None
-    """The newest word of the walker up to the next frame; None before its first."""
-    notices: tuple[Notice, ...] = ()
-    """Notices of the robot's side since the frame before."""
-    asked: ActuatorFrame | None = None
-    """The newest command up to the next frame; None before the first."""
-
-
-class MomentBuilder:
-    """Groups messages into moments: one is complete when the next sensor frame comes."""
-
-    def __init__(self) -> None:
-        self._sensors: SensorFrame | None = None
-        self._truth: TruthFrame | None = None
-        self._walk: WalkTelemetry | None = None
-        self._notices: list[Notice] = []
-        self._asked: ActuatorFrame | None = None
-
-    def add(self, message: Message) -> Moment | None:
-        """Take in a message; the moment that it completes, if it is a sensor frame."""
-        complete = None
-        if isinstance(message, SensorFrame):
-            complete = self.rest()
-            if complete is not None and message.seq < complete.sensors.seq:
-                self._walk = self._asked = None  # the robot restarted
-            self._sensors, self._truth = message, None
-        elif isinstance(message, TruthFrame):
-            self._truth = message
-        elif isinstance(message, WalkTelemetry):
-            self._walk = message
-        elif isinstance(message, ActuatorFrame):
-            self._asked = message
-        elif isinstance(message, Notice):
-            self._notices.append(message)
-        return complete
-
-    def rest(self) -> Moment | None:
-        """The moment that is under way."""
-        if self._sensors is None:
-            return None
-        truth = self._truth if self._truth is not None and self._truth.seq == self._sensors.seq else None
-        moment = Moment(self._sensors, truth, self._walk, tuple(self._notices), self._asked)
-        self._sensors, self._notices = None, []
-        return moment
-
-
-def moments(messages: Iterable[Recorded]) -> Iterator[Moment]:
-    """The moments of a recording, as `bridge.recording.playback.read_recording` gives its messages."""
-    builder = MomentBuilder()
-    for recorded in messages:
-        if (moment := builder.add(recorded.message)) is not None:
-            yield moment
-    if (last := builder.rest()) is not None:
-        yield last
-
 
 SMOOTHING: Final = 0.05
 """Time constant of the velocity, s: a difference of cycles is mostly the encoders' steps."""
@@ -168,9 +103,9 @@ class PlannedStand(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Everything at one moment."""
+    """Balance of a robot in one cycle."""
 
-    moment: Moment
+    cycle: Cycle
     sensed: Stand
     """By encoders, fused angle and force sensors."""
     true: Stand | None
@@ -185,7 +120,7 @@ class Balance(NamedTuple):
 
 
 class BalanceEstimator:
-    """Follows a robot moment by moment; new from the start after a reset.
+    """Follows a robot cycle by cycle; new from the start after a reset.
 
     Args:
         body: The data sheet.
@@ -210,21 +145,21 @@ class BalanceEstimator:
         self._com = {True: ComEstimator(), False: ComEstimator()}
         self._seq = -1
 
-    def update(self, moment: Moment) -> Balance:
-        """One moment, later than the last one; an earlier one restarts."""
-        frame = moment.sensors
+    def update(self, cycle: Cycle) -> Balance:
+        """One cycle, later than the last one; an earlier one restarts."""
+        frame = cycle.sensors
         if frame.seq < self._seq:
             self._begin()
         self._seq = frame.seq
-        true = true_pose(self.kinematics, moment.truth) if moment.truth is not None else None
+        true = true_pose(self.kinematics, cycle.truth) if cycle.truth is not None else None
         if self._odometry is None:
             start = middle_of_soles(self.kinematics, true) if true else Foothold()
             self._odometry = Odometry(self.kinematics, start, GyroscopeHeading.of(self.body))
         sensed = self._sensed(frame, self._odometry.update(frame, self.ground))
-        plan = self._plan(moment.walk, true or sensed.robot) if moment.walk is not None else None
+        plan = self._plan(cycle.walk, true or sensed.robot) if cycle.walk is not None else None
         felt = self._felt(frame, true or sensed.robot, sensed.contacts)
-        stands = self._true(moment.truth, true) if moment.truth and true else None
-        return Balance(moment, sensed, stands, plan, felt)
+        stands = self._true(cycle.truth, true) if cycle.truth and true else None
+        return Balance(cycle, sensed, stands, plan, felt)
 
     def _sensed(self, frame: SensorFrame, robot: RobotPose) -> Stand:
         contacts = self._contact.update(frame.fsr)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Final
 
 import msgspec
 
 from bridge.body import Body
-from bridge.recording.playback import read_recording, recorded_body
-from nao_hil.analysis.diagnosis.balance import BalanceEstimator, Moment, moments
-from nao_hil.analysis.diagnosis.symptoms import OUTSIDE, Symptom, Symptoms, first_of
+from nao_hil.analysis.diagnosis.balance import BalanceEstimator
+from nao_hil.analysis.diagnosis.symptoms import CAUSES, OUTSIDE, Symptom, Symptoms
+from nao_hil.runs.run import Cycle, Run
 
 SYMPTOM_GAP: Final = 1.5
 """Time without a symptom that separates the symptoms of a fall from earlier ones, s."""
@@ -30,21 +29,22 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
     first: Symptom | None
     """The robot's own first one; None when it fell without a sign."""
     before: Symptom | None
-    """Disturbances before, if any."""
+    """Last thing done to the robot before that sign: a push, a fault, a limp joint, a pause; None: nothing."""
     torso_off: bool = False
     """Its walk is known to have no torso control."""
 
     @property
     def sentence(self) -> str:
         """As text for the terminal."""
-        text = f"The robot fell at {self.fell:.2f} s"
-        if self.first is None:
-            return f"{text}, without a sign before."
-        text += f"; first, at {self.first.time:.2f} s, {self.first.text}"
+        signs = {s.kind: s for s in reversed(self.chain) if s.kind not in OUTSIDE}
+        signs = {kind: s for kind, s in signs.items() if s is not self.before}
+        after = sorted(signs.values(), key=lambda s: s.time)
         if self.before is not None:
-            text += f" (before, at {self.before.time:.2f} s: {self.before.text})"
-        later = {s.kind: s for s in reversed(self.chain) if s.kind not in OUTSIDE}
-        rest = sorted((s for s in later.values() if s.kind != self.first.kind), key=lambda s: s.time)
+            after.insert(0, self.before)
+        if not after:
+            return f"The robot fell at {self.fell:.2f} s, without a sign before."
+        first, *rest = after
+        text = f"The robot fell at {self.fell:.2f} s; first, at {first.time:.2f} s, {first.text}"
         if rest:
             text += "; then " + ", ".join(f"{s.text} at {s.time:.2f} s" for s in rest)
         return f"{text}."
@@ -61,7 +61,7 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
     fall = next((s for s in ordered if s.kind == "fall"), None)
     if fall is None:
         return None
-    own = [s for s in ordered if s.kind not in OUTSIDE and s.time <= fall.time]
+    own = [s for s in ordered if s.kind not in (*OUTSIDE, *CAUSES) and s.time <= fall.time]
     chain: list[Symptom] = []
     until = fall.time
     for symptom in reversed(own):
@@ -69,35 +69,36 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
             break
         chain.insert(0, symptom)
         until = symptom.time
-    begin = chain[0].time if chain else fall.time
-    done = [s for s in ordered if s.kind == "world" and begin - CAUSE_WINDOW <= s.time <= fall.time]
-    before = [s for s in done if s.time <= begin and not s.text.endswith(" ends")]
-    first = first_of(chain)
+    begin = max(chain[0].time, chain[0].counted) if chain else fall.time
+    done = [s for s in ordered if s.kind in CAUSES and begin - CAUSE_WINDOW <= s.time <= fall.time]
+    before = next((s for s in reversed(done) if s.time <= begin and not s.text.endswith(" ends")), None)
+    if before is not None:  # every step has begins of signs; those that lasted only after it are its own
+        chain = [s._replace(time=max(s.time, before.time)) for s in chain]
     return Diagnosis(
         fell=fall.time,
         chain=(*sorted([*done, *chain], key=lambda s: s.time), fall),
-        first=first,
-        before=before[-1] if before else None,
+        first=chain[0] if chain else None,
+        before=before,
         torso_off=torso_off,
     )
 
 
-def symptoms_of(run: Iterable[Moment], body: Body) -> list[Symptom]:
+def symptoms_of(cycles: Iterable[Cycle], body: Body) -> list[Symptom]:
     """All symptoms of a run in order of their discovery, to the first fall."""
     observer = BalanceEstimator(body)
     watch = Symptoms(observer)
     found: list[Symptom] = []
-    for moment in run:
-        found += watch.update(observer.update(moment))
+    for cycle in cycles:
+        found += watch.update(observer.update(cycle))
         if found and found[-1].kind == "fall":
             break
     return found
 
 
-def diagnose(recording: str | Path) -> Diagnosis | None:
-    """Why the robot of a recording fell; None when it did not.
+def diagnose(run: Run) -> Diagnosis | None:
+    """Why the robot of a run fell; None when it did not.
 
     Raises:
-        ConfigurationError: not a recording, or of an unknown body.
+        ConfigurationError: as `Run`.
     """
-    return explain(symptoms_of(moments(read_recording(recording)), recorded_body(recording, default="nao-v3")))
+    return explain(symptoms_of(run.cycles(), run.body))

@@ -7,20 +7,23 @@ capture point outside the support polygon for a moment included, is no symptom.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from bridge.body.joints import JOINTS
 from bridge.messages.frames import ORDER
 from bridge.stance import FALLEN_TILT
 from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, Stand
+from nao_hil.runs.track import LEG_COLUMNS
 from nao_hil.runs.walk_figures import FallWatch
 
-Kind = Literal["world", "order", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
+Kind = Literal["world", "order", "limp", "missed", "zmp", "slip", "late", "early", "tilt", "fall"]
 OUTSIDE: Final = ("world", "order", "fall")
-"""Kinds that are no sign of trouble: done to the robot, ordered, and the fall itself."""
+"""Kinds that are no sign of trouble in the robot: done by the world, ordered, and the fall itself."""
+CAUSES: Final = ("world", "limp", "missed")
+"""Kinds that are done to the robot and make it fall; its own signs follow from them."""
 EVENT_CODES: Final[dict[str, Kind]] = {
     "world": "world",
     "fault": "world",
@@ -29,16 +32,10 @@ EVENT_CODES: Final[dict[str, Kind]] = {
     "guard-armed": "order",
 }
 """Code of a notice -> kind of its event."""
-
-
 EDGE: Final = 0.003
 """Margin under which the zero moment point is at the edge of the support polygon, m."""
-
-
 LOST: Final = 0.03
 """Distance of the capture point beyond the polygon from which the feet alone do not bring it back, m."""
-
-
 GAP: Final = 0.05
 """Interruption that does not end a sign, s."""
 
@@ -51,6 +48,8 @@ class Symptom(NamedTuple):
     kind: Kind
     text: str
     """Text for people, without the time."""
+    counted: float = -math.inf
+    """When it had lasted long enough to be one, s; not known: when it began."""
 
 
 class LastingSign:
@@ -102,13 +101,14 @@ def lean_angle(balance: Balance) -> float:
 
 def fallen(balance: Balance, lean: float) -> bool:
     """Whether the robot is beyond help: by the ground truth, else by its lean (rad) or its walker's word."""
-    if balance.moment.truth is not None:
-        return balance.moment.truth.fell
-    walk = balance.moment.walk
+    if balance.cycle.truth is not None:
+        return balance.cycle.truth.fell
+    walk = balance.cycle.walk
     return lean > FALLEN_TILT or (walk is not None and walk.state == "fallen")
 
 
 MEANING: Final[dict[Kind, str]] = {
+    "limp": "The motor of a joint is off while the others hold, so the joint gives way under the robot.",
     "zmp": "The ground pushes back at the very edge of the feet, and the robot begins to tip over that edge.",
     "slip": "A foot that bears weight slides over the ground, so the robot is not where its plan has it.",
     "late": "The foot is still in the air when the plan already puts weight on it.",
@@ -117,70 +117,46 @@ MEANING: Final[dict[Kind, str]] = {
     "tilt": "The torso leans further than this walk ever does when it goes well.",
 }
 """Meaning of a symptom, for a first reader."""
-
-
 TIPPING: Final = {True: 0.1, False: 0.2}
 """How long it stays there in a symptom, s, by the ground truth and by the sensors: an untroubled dynamic gait
 comes to 0.06 and 0.19 s."""
-
-
 SLIP_SPEED: Final = 0.1
 """Of the loaded part of a sole over the ground, m/s; rolling over an edge in a good walk comes to 0.08."""
-
-
 SLIP_TIME: Final = 0.05
 """s"""
-
-
 LOADED: Final = 12.0
 """Vertical force under which a foot that moves does not count as slipping, N."""
-
-
 LATE_TIME: Final = 0.15
 """After the planned touch-down, s."""
-
-
 LATE_HEIGHT: Final = 0.005
 """Height over the other sole under which a foot without load is not late but only unloaded, m."""
-
-
 EARLY_HEIGHT: Final = 0.004
 """Planned height over which a touch-down is early, m."""
-
-
 EARLY_TIME: Final = 0.05
 """s"""
-
-
 TILT: Final = math.radians(12.0)
 """Of the torso from the vertical, more than an untroubled walk of a nominal robot."""
-
-
 MISSED: Final = 5
 """Cycles without an answer within `MISSED_TIME`."""
-
-
 MISSED_TIME: Final = 0.2
 """s"""
-
-
+LIMP: Final = (0.1, 0.5)
+"""Stiffness under which a leg joint is limp, and over which another one must be."""
 STARTING: Final = 0.5
 """Time after a start in which cycles that a controller misses are no sign of anything: it is only coming, s."""
-
-
 UNUSED: Final = 1.0
 """Time of a walk in which a torso control that corrects nothing at all counts as off, s."""
 
 
 class Symptoms:
-    """Watches a robot moment by moment.
+    """Watches a robot cycle by cycle.
 
     Args:
         observer: The one that makes the balances: it knows the body.
     """
 
     def __init__(self, observer: BalanceEstimator) -> None:
-        self._kinematics = observer.kinematics
+        self._kinematics, self._cycle = observer.kinematics, observer.body.cycle
         self._begin()
 
     def _begin(self) -> None:
@@ -190,7 +166,8 @@ class Symptoms:
         self._late: dict[Side, LastingSign] = {side: LastingSign(LATE_TIME) for side in SIDES}
         self._early: dict[Side, LastingSign] = {side: LastingSign(EARLY_TIME) for side in SIDES}
         self._flown: dict[Side, bool] = {side: False for side in SIDES}
-        self._tilt = LastingSign(0.0)
+        self._tilt, self._pause = LastingSign(0.0), LastingSign(0.0)
+        self._limp = {slot: LastingSign(0.0) for slot in LEG_COLUMNS}
         self._watch = FallWatch()
         self._missed: list[tuple[float, int]] = []
         self._lies = False
@@ -206,12 +183,13 @@ class Symptoms:
         return last - max(self._controlled, began) > UNUSED
 
     def update(self, balance: Balance) -> list[Symptom]:
-        """New symptoms at this moment."""
-        if self._last is not None and balance.moment.sensors.seq < self._last.moment.sensors.seq:
+        """New symptoms in this cycle."""
+        if self._last is not None and balance.cycle.sensors.seq < self._last.cycle.sensors.seq:
             self._begin()
         self._note_control(balance)
         found = [
             *self._world(balance),
+            *self._limp_joints(balance),
             *self._missing(balance),
             *self._balance(balance),
             *(s for side in SIDES for s in self._foot(balance, side)),
@@ -219,6 +197,7 @@ class Symptoms:
         ]
         if self._lies:  # motions of a robot that lies are no symptom
             found = [s for s in found if s.kind in ("world", "order")]
+        found = [s._replace(counted=balance.cycle.sensors.time) for s in found]
         lean = lean_angle(balance)
         self._lies = fallen(balance, lean) or (self._lies and lean > TILT)
         self._last = balance
@@ -226,7 +205,7 @@ class Symptoms:
 
     def _note_control(self, balance: Balance) -> None:
         """When the torso control last did something in a walk."""
-        walk, time = balance.moment.walk, balance.moment.sensors.time
+        walk, time = balance.cycle.walk, balance.cycle.sensors.time
         if walk is None or walk.state not in ("walk", "stopping"):
             return
         if self._walked is None or time - self._walked[1] > UNUSED:
@@ -236,16 +215,33 @@ class Symptoms:
             self._controlled = time
 
     def _world(self, balance: Balance) -> list[Symptom]:
-        time = balance.moment.sensors.time
+        time = balance.cycle.sensors.time
         return [
             Symptom(time, EVENT_CODES[notice.code], notice.text.rstrip("."))
-            for notice in balance.moment.notices
+            for notice in balance.cycle.notices
             if notice.code in EVENT_CODES
         ]
 
+    def _limp_joints(self, balance: Balance) -> list[Symptom]:
+        frame = balance.cycle.sensors
+        off, on = LIMP
+        holds = max(frame.stiffness[slot] for slot in self._limp) > on
+        limp = [
+            JOINTS[slot]
+            for slot, sign in self._limp.items()
+            if sign.update(frame.time, holds and frame.stiffness[slot] < off) is not None
+        ]
+        return [Symptom(frame.time, "limp", f"{', '.join(limp)} went limp")] if limp else []
+
     def _missing(self, balance: Balance) -> list[Symptom]:
-        frame = balance.moment.sensors
+        frame = balance.cycle.sensors
         if frame.time < STARTING:
+            return []
+        walk, age = balance.cycle.walk, frame.seq - frame.command if frame.command >= 0 else 0
+        paused = age > MISSED and walk is not None and walk.state in ("walk", "stopping")
+        if self._pause.update(frame.time, paused) is not None:
+            return [Symptom(frame.time - age * self._cycle, "missed", "no more commands came")]
+        if paused:
             return []
         self._missed = [(t, n) for t, n in self._missed if frame.time - t <= MISSED_TIME]
         self._missed.append((frame.time, frame.missed))
@@ -256,16 +252,16 @@ class Symptoms:
         return [Symptom(time, "missed", f"the controller missed {frame.missed - before} cycles")]
 
     def _balance(self, balance: Balance) -> list[Symptom]:
-        began = self._tipping[balance.true is not None].update(balance.moment.sensors.time, balance.best)
+        began = self._tipping[balance.true is not None].update(balance.cycle.sensors.time, balance.best)
         return [] if began is None else [Symptom(began, "zmp", "the ZMP left the support polygon")]
 
     def _foot(self, balance: Balance, side: Side) -> list[Symptom]:
         found = []
-        time, word = balance.moment.sensors.time, {"L": "left", "R": "right"}[side]
+        time, word = balance.cycle.sensors.time, {"L": "left", "R": "right"}[side]
         slipping = self._slip[side].update(time, self._slip_speed(balance, side) > SLIP_SPEED)
         if slipping is not None:
             found.append(Symptom(slipping, "slip", f"the {word} foot slipped"))
-        plan, walk = balance.plan, balance.moment.walk
+        plan, walk = balance.plan, balance.cycle.walk
         if plan is None or walk is None or walk.state not in ("walk", "stopping"):
             return found
         touches, lift = balance.best.contacts.of(side), plan.lift[side]
@@ -283,10 +279,10 @@ class Symptoms:
     def _slip_speed(self, balance: Balance, side: Side) -> float:
         """Speed over the ground of the point of the sole that bears the load, m/s; 0 without ground truth."""
         last, now = self._last, balance
-        if last is None or last.true is None or now.true is None or now.moment.truth is None:
+        if last is None or last.true is None or now.true is None or now.cycle.truth is None:
             return 0.0
-        contact = now.moment.truth.left if side == "L" else now.moment.truth.right
-        dt = now.moment.sensors.time - last.moment.sensors.time
+        contact = now.cycle.truth.left if side == "L" else now.cycle.truth.right
+        dt = now.cycle.sensors.time - last.cycle.sensors.time
         if contact.cop is None or contact.force[2] < LOADED or dt <= 0.0:
             return 0.0
         point = np.array([*contact.cop, self._kinematics.centres[side][2], 1.0])
@@ -300,21 +296,15 @@ class Symptoms:
         return low[side] - min(low.values())
 
     def _posture(self, balance: Balance) -> list[Symptom]:
-        time = balance.moment.sensors.time
+        time = balance.cycle.sensors.time
         lean = lean_angle(balance)
         found = []
         if (tilted := self._tilt.update(time, lean > TILT)) is not None:
             found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
-        if balance.moment.walk is not None:
-            self._watch.telemetry(balance.moment.walk)
-        for notice in balance.moment.notices:
+        if balance.cycle.walk is not None:
+            self._watch.telemetry(balance.cycle.walk)
+        for notice in balance.cycle.notices:
             self._watch.notice(notice)
         if self._watch.update(down=fallen(balance, lean)):
             found.append(Symptom(time, "fall", "the robot fell"))
         return found
-
-
-def first_of(symptoms: Sequence[Symptom]) -> Symptom | None:
-    """The earliest sign that is the robot's own, not something done to it."""
-    own = [s for s in symptoms if s.kind not in OUTSIDE]
-    return min(own, key=lambda s: s.time, default=None)

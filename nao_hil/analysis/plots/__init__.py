@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 PLOTS: Final[dict[str, str]] = {
-    "torso": "roll and pitch: fused angle, the walker's, ground truth",
+    "torso": "roll, pitch and heading: fused angle, the walker's, ground truth",
     "zmp": "ZMP over time: planned, from the foot sensors, ground truth",
     "plane": "seen from above: footprints, planned ZMP and centre of mass, measured ZMP",
     "margin": "distance of the ZMP to the edge of the support polygon",

@@ -24,20 +24,20 @@ from nao_hil.analysis.plots.motion_figures import (
     imu,
     joints,
 )
-from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 from nao_hil.files import save_figure
+from nao_hil.runs.run import Run
 
-FIGURES: Final[dict[str, tuple[Callable[[Tables, Figure], None], tuple[float, float], tuple[str, ...]]]] = {
-    "torso": (torso, (10.0, 6.0), ("sensors",)),
-    "zmp": (zmp, (10.0, 6.0), ("telemetry",)),
-    "plane": (plane, (10.0, 5.0), ("telemetry",)),
-    "margin": (margin, (10.0, 4.0), ("telemetry",)),
-    "com": (com, (10.0, 6.0), ("telemetry",)),
+FIGURES: Final[dict[str, tuple[Callable[[Run, Figure], None], tuple[float, float], tuple[str, ...]]]] = {
+    "torso": (torso, (10.0, 8.0), ("sensors",)),
+    "zmp": (zmp, (10.0, 6.0), ("walk/telemetry",)),
+    "plane": (plane, (10.0, 5.0), ("walk/telemetry",)),
+    "margin": (margin, (10.0, 4.0), ("walk/telemetry",)),
+    "com": (com, (10.0, 6.0), ("walk/telemetry",)),
     "fsr": (fsr, (10.0, 5.0), ("sensors",)),
     "cells": (cells, (10.0, 6.0), ("sensors",)),
-    "admittance": (admittance, (10.0, 7.0), ("telemetry",)),
-    "control": (control, (10.0, 6.0), ("telemetry",)),
+    "admittance": (admittance, (10.0, 7.0), ("walk/telemetry",)),
+    "control": (control, (10.0, 6.0), ("walk/telemetry",)),
     "joints": (joints, (11.0, 9.0), ("sensors",)),
     "error": (error, (11.0, 9.0), ("sensors", "actuators")),
     "current": (current, (10.0, 6.0), ("sensors",)),
@@ -45,51 +45,51 @@ FIGURES: Final[dict[str, tuple[Callable[[Tables, Figure], None], tuple[float, fl
     "path": (path, (10.0, 4.0), ()),
     "cycle": (cycle, (10.0, 5.0), ("sensors",)),
 }
-"""Name -> how it is drawn, its size in inches, and the messages without which there is nothing to draw."""
+"""Name -> how it is drawn, its size in inches, and the topics without which there is nothing to draw."""
 DASHED: Final = {"dashed: ": "--", "dotted: ": ":", "dash-dotted: ": "-."}
 """Line styles of the second and later runs."""
 MARK: Final = 2
 """Points of a line that marks a time."""
 
 
-def missing(tables: Tables, name: str) -> list[str]:
-    """Kinds of messages that a plot needs and the recording does not have.
+def missing(run: Run, name: str) -> list[str]:
+    """Topics that a plot needs and of which the run has no message.
 
     Raises:
         ConfigurationError: unknown name.
     """
     if name not in FIGURES:
         raise ConfigurationError(unknown_name("plot", name, FIGURES))
-    return [kind for kind in FIGURES[name][2] if not getattr(tables, kind)]
+    return [topic for topic in FIGURES[name][2] if not run[topic].rows]
 
 
-def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
+def draw(runs: Sequence[tuple[Run, str]], name: str, file: Path) -> None:
     """Draw one plot; the file's suffix gives the format.
 
     Args:
-        runs: Tables and title of each run; curves of the second and later ones are dashed over the first's.
+        runs: Each run with its title; curves of the second and later ones are dashed over the first's.
         name: Of `nao_hil.analysis.plots.PLOTS`.
         file: To write.
 
     Raises:
         ConfigurationError: unknown name, nothing recorded that it could show, or no place to write to.
     """
-    for tables, title in runs:
-        if lacking := missing(tables, name):
+    for run, title in runs:
+        if lacking := missing(run, name):
             nothing = f"nothing of {lacking[0]} was recorded"
             raise ConfigurationError(f"{title}: there is no plot `{name}`: {nothing}.")
     make, size, _ = FIGURES[name]
     figure = Figure(figsize=size, layout="constrained")
-    shows, tables = PLOTS[name], runs[0][0]
+    shows, first = PLOTS[name], runs[0][0]
     titles = "\n".join(f"{style}{title}" for style, (_, title) in zip(("", *DASHED), runs, strict=False))
     figure.suptitle(f"{shows[0].upper()}{shows[1:]}\n{titles}", fontsize=10)
-    make(tables, figure)
+    make(first, figure)
     for (other, _), dashes in zip(runs[1:], DASHED.values(), strict=False):
         second = Figure(figsize=size)
         make(other, second)
         _overlay(figure, second, dashes)
-    fit_to_walk(tables, figure)
-    explain_marks(tables, figure)
+    fit_to_walk(first, figure)
+    explain_marks(first, figure)
     save_figure(figure, file)
 
 

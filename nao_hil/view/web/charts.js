@@ -224,7 +224,7 @@ class Charts {
 }
 
 function isFirst(event, fall) {
-  return Boolean(fall) && event.time === fall.first && event.kind !== "world";
+  return Boolean(fall) && event.time === fall.first;
 }
 
 // The context of a canvas as sharp as the screen, `height` pixels high. Without a graphics card `software` keeps the

@@ -19,9 +19,9 @@ from nao_hil.cli.main import run
 from nao_hil.identification import measures
 from nao_hil.identification.comparison_run import compare_recording
 from nao_hil.identification.recorded import read_signals
-from nao_hil.recording import load
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import run_config
+from nao_hil.runs.run import load
 
 CYCLE = 0.01
 HEAD = "time,command.LKneePitch,position.LKneePitch"

@@ -22,14 +22,15 @@ from bridge.errors import ConfigurationError
 from emulator.wear import load_wear
 from nao_hil.cli.main import run
 from nao_hil.identification.bhuman_log import read_bhuman
-from nao_hil.identification.clock import on_one_clock
+from nao_hil.identification.clock import clock_offset
 from nao_hil.identification.csv_file import read_csv
 from nao_hil.identification.fit import GLOBAL, Fit
 from nao_hil.identification.hulks_mcap import is_hulks
 from nao_hil.identification.identification import result
-from nao_hil.identification.readings import Readings, on_grid, timing_notes
+from nao_hil.identification.readings import LoggedRun, on_grid, timing_notes
 from nao_hil.identification.recorded import encoder_grid, read_signals
 from nao_hil.identification.sensors_only import at_rest, compare_fused_angle
+from nao_hil.runs.run import Table
 from tests.nao_hil.identification import bhuman_logs
 from tests.nao_hil.identification.bhuman_logs import frame, write_log
 
@@ -73,21 +74,23 @@ def cognition_frame(number: int) -> bytes:
 def test_a_bhuman_log_is_read_by_its_own_specification(tmp_path: Path) -> None:
     frames = [each for k in range(5) for each in (motion_frame(k), cognition_frame(k))]
     readings = read_bhuman(write_log(tmp_path / "robot.log", frames))
-    assert readings.time == pytest.approx(5.0 + 0.012 * np.arange(5)) and not readings.own_clock
+    assert readings["sensors"]["time"] == pytest.approx(5.0 + 0.012 * np.arange(5)) and not readings.own_clock
     place = bhuman_logs.JOINTS.index("lKneePitch")
-    assert readings.measured["position"][:, KNEE] == pytest.approx(0.01 * place + 0.001 * np.arange(5))
+    assert readings["sensors"]["position"][:, KNEE] == pytest.approx(0.01 * place + 0.001 * np.arange(5))
     hip = bhuman_logs.JOINTS.index("lHipYawPitch")  # the right one is no motor of its own
-    assert readings.measured["position"][0, INDEX["LHipYawPitch"]] == pytest.approx(0.01 * hip)
-    assert readings.commands["command"][:, KNEE] == pytest.approx(0.01 * place + 0.001 * np.arange(5) + 0.1)
-    assert np.isnan(readings.commands["command"][:, [INDEX["HeadYaw"], INDEX["LHand"]]]).all()
-    stiffness = readings.commands["stiffness"][0]
+    assert readings["sensors"]["position"][0, INDEX["LHipYawPitch"]] == pytest.approx(0.01 * hip)
+    assert readings["actuators"]["position"][:, KNEE] == pytest.approx(
+        0.01 * place + 0.001 * np.arange(5) + 0.1
+    )
+    assert np.isnan(readings["actuators"]["position"][:, [INDEX["HeadYaw"], INDEX["LHand"]]]).all()
+    stiffness = readings["actuators"]["stiffness"][0]
     assert stiffness[KNEE] == pytest.approx(0.8) and stiffness[INDEX["HeadYaw"]] == 0.0
     assert np.isnan(stiffness[INDEX["RKneePitch"]])
-    assert readings.measured["gyroscope"][0] == pytest.approx([0.1, 0.2, 0.3])
-    assert readings.measured["accelerometer"][0] == pytest.approx([0.5, 0.0, G])
-    assert readings.measured["angle"][0] == pytest.approx([0.01, 0.02])
+    assert readings["sensors"]["gyroscope"][0] == pytest.approx([0.1, 0.2, 0.3])
+    assert readings["sensors"]["accelerometer"][0] == pytest.approx([0.5, 0.0, G])
+    assert readings["sensors"]["angle"][0] == pytest.approx([0.01, 0.02])
     # kg, in the order front left, front right, rear left, rear right
-    assert readings.measured["fsr"][0] == pytest.approx(0.1 * G * np.arange(8), rel=1e-3)
+    assert readings["sensors"]["fsr"][0] == pytest.approx(0.1 * G * np.arange(8), rel=1e-3)
 
 
 def test_an_old_compressed_bhuman_log_is_read(tmp_path: Path) -> None:
@@ -100,7 +103,7 @@ def test_an_old_compressed_bhuman_log_is_read(tmp_path: Path) -> None:
 
 def test_a_bhuman_log_that_was_cut_off_has_its_whole_frames(tmp_path: Path) -> None:
     log = write_log(tmp_path / "cut.log", [motion_frame(k) for k in range(5)], closed=False)
-    assert len(read_bhuman(log).time) == 4
+    assert read_bhuman(log)["sensors"].rows == 4
 
 
 @pytest.mark.parametrize(
@@ -216,7 +219,7 @@ def test_a_hulks_file_is_read(tmp_path: Path) -> None:
 
 def test_hulks_commands_an_hour_away_are_put_on_the_sensors_clock(tmp_path: Path) -> None:
     recorded = read_signals(hulks_file(tmp_path / "outputs.mcap", commands_at=3600.0), "nao-v6")
-    assert recorded.readings.own_clock
+    assert recorded.own_clock
     command = recorded.signals.command[:, KNEE]
     assert command[50] == pytest.approx(0.3 * math.sin(0.05 * 50) ** 3, abs=0.016)  # less than a cycle
     assert any("-3600.00" in note or "-3599.99" in note for note in recorded.notes)
@@ -262,17 +265,21 @@ def test_a_csv_with_names_of_its_own_is_mapped(tmp_path: Path) -> None:
         '"accelerometer.z" = { column = "acc_z_g", scale = -9.81 }\n'
     )
     readings = read_csv(tmp_path / "robot.csv.gz", mapping)
-    assert readings.time.tolist() == [10.0, 10.1] and not readings.commands
-    assert readings.measured["position"][:, KNEE].tolist() == [0.1, 0.2]
-    assert readings.measured["position"][0, INDEX["HeadYaw"]] == 0.2
-    assert math.isnan(readings.measured["position"][1, INDEX["HeadYaw"]])
-    assert readings.measured["accelerometer"][:, 2] == pytest.approx([9.81, 1.1 * 9.81])
+    assert readings["sensors"]["time"].tolist() == [10.0, 10.1] and not readings["actuators"].rows
+    assert readings["sensors"]["position"][:, KNEE].tolist() == [0.1, 0.2]
+    assert readings["sensors"]["position"][0, INDEX["HeadYaw"]] == 0.2
+    assert math.isnan(readings["sensors"]["position"][1, INDEX["HeadYaw"]])
+    assert readings["sensors"]["accelerometer"][:, 2] == pytest.approx([9.81, 1.1 * 9.81])
 
 
 def test_a_csv_without_times_has_a_rate(tmp_path: Path) -> None:
     (tmp_path / "gyro.csv").write_text("wx\n1\n2\n3\n")
     (tmp_path / "columns.toml").write_text('rate = 50.0\n[columns]\n"gyroscope.x" = "wx"\n')
-    assert read_csv(tmp_path / "gyro.csv", tmp_path / "columns.toml").time.tolist() == [0.0, 0.02, 0.04]
+    assert read_csv(tmp_path / "gyro.csv", tmp_path / "columns.toml")["sensors"]["time"].tolist() == [
+        0.0,
+        0.02,
+        0.04,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -297,7 +304,7 @@ def test_uneven_samples_keep_their_noise_and_only_they_count() -> None:
     noise = random.normal(0.0, 0.05, (2000, 3))
     angles = np.zeros((2000, 25))
     angles[:, KNEE] = np.sin(time - time[0])
-    readings = Readings(time, {"accelerometer": noise, "position": angles}, time, {})
+    readings = LoggedRun(time, {"accelerometer": noise, "position": angles}, time, {})
     signals = on_grid(readings, 0.01)
     rows = signals.measured
     assert rows.sum() == 2000
@@ -306,16 +313,15 @@ def test_uneven_samples_keep_their_noise_and_only_they_count() -> None:
     assert signals.accelerometer[~rows].std() < 0.9 * noise.std()
     # the angle belongs to the row's time, not to that of the sample up to half a cycle away
     assert np.abs(signals.position[:, KNEE] - np.sin(signals.time)).max() < 4e-4
-    (note,) = timing_notes(readings, 0.01)
+    (note,) = timing_notes(time, 0.01)
     assert "2000 samples, 38 ms apart in the median" in note
 
 
 def test_a_gap_is_told_and_even_samples_are_not() -> None:
     time = np.arange(300) * 0.01
-    even = Readings(time, {}, time, {})
-    assert timing_notes(even, 0.01) == ()
+    assert timing_notes(time, 0.01) == ()
     broken = np.where(time < 1.0, time, time + 4.0)
-    assert "from 0.99 s to 5.00 s" in timing_notes(Readings(broken, {}, broken, {}), 0.01)[-1]
+    assert "from 0.99 s to 5.00 s" in timing_notes(broken, 0.01)[-1]
 
 
 def test_commands_and_angles_may_be_in_rows_of_their_own(tmp_path: Path) -> None:
@@ -324,9 +330,9 @@ def test_commands_and_angles_may_be_in_rows_of_their_own(tmp_path: Path) -> None
         "100.00,,,0.5\n,7.005,0.1,\n100.01,,,0.6\n,7.015,0.2,\n100.02,,,0.7\n"
     )
     readings = read_csv(tmp_path / "rows.csv")
-    assert readings.own_clock and readings.time.tolist() == [100.0, 100.01, 100.02]
-    assert readings.command_time.tolist() == [7.005, 7.015]
-    assert readings.commands["command"][:, KNEE].tolist() == [0.1, 0.2]
+    assert readings.own_clock and readings["sensors"]["time"].tolist() == [100.0, 100.01, 100.02]
+    assert readings["actuators"]["time"].tolist() == [7.005, 7.015]
+    assert readings["actuators"]["position"][:, KNEE].tolist() == [0.1, 0.2]
 
 
 @pytest.mark.parametrize("signal", ["command", "position"])
@@ -341,14 +347,14 @@ def test_angles_in_degrees_are_asked_about_and_a_scale_mends_them(signal: str, t
         f'[columns]\ntime = "time"\n"position.*" = "{other}.*"\n'
         f'"command.*" = {{ column = "{signal}.*", scale = 0.017453292519943295 }}\n'
     )
-    commands = read_csv(tmp_path / "degrees.csv", tmp_path / "columns.toml").commands["command"][:, KNEE]
+    commands = read_csv(tmp_path / "degrees.csv", tmp_path / "columns.toml")["actuators"]["position"][:, KNEE]
     assert commands == pytest.approx([math.pi / 2, math.pi / 4])
 
 
 # clocks
 
 
-def followed(offset: float, *, drift: float = 0.0, lag: float = 0.040, repeat: bool = False) -> Readings:
+def followed(offset: float, *, drift: float = 0.0, lag: float = 0.040, repeat: bool = False) -> LoggedRun:
     """30 s in which a knee follows its command; the commands' clock is `offset` behind, off by `drift`."""
     random = np.random.default_rng(8)
     time = np.arange(3000) * 0.01
@@ -360,26 +366,26 @@ def followed(offset: float, *, drift: float = 0.0, lag: float = 0.040, repeat: b
     command[:, KNEE] = wave
     position[:, KNEE] = np.interp(time - lag, time, wave) + random.normal(0.0, 2e-4, 3000)
     asked = (time - offset) * (1.0 + drift)
-    return Readings(time, {"position": position}, asked, {"command": command}, own_clock=True)
+    return LoggedRun(time, {"position": position}, asked, {"command": command}, own_clock=True)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1.234, -8.1, 1.7e9])
 def test_the_offset_of_the_commands_clock_is_found(offset: float) -> None:
-    readings = on_one_clock(followed(offset), V5, "x")
-    assert readings.command_time == pytest.approx(np.arange(3000) * 0.01, abs=3e-3)
-    assert "40 ms as real robots do" in readings.notes[0] and len(readings.notes) == 1
+    found, notes = clock_offset(followed(offset), V5, "x")
+    assert found == pytest.approx(offset, abs=3e-3)
+    assert "40 ms as real robots do" in notes[0] and len(notes) == 1
 
 
 def test_drifting_clocks_and_repeated_motion_are_told() -> None:
-    assert any("drift by" in note for note in on_one_clock(followed(2.0, drift=2e-3), V5, "x").notes)
-    assert any("repeats" in note for note in on_one_clock(followed(2.0, repeat=True), V5, "x").notes)
+    assert any("drift by" in note for note in clock_offset(followed(2.0, drift=2e-3), V5, "x")[1])
+    assert any("repeats" in note for note in clock_offset(followed(2.0, repeat=True), V5, "x")[1])
 
 
 def test_commands_of_another_motion_are_refused() -> None:
     readings = followed(0.0)
-    readings.measured["position"][:, KNEE] = np.random.default_rng(1).normal(0.0, 0.1, 3000)
+    readings["sensors"]["position"][:, KNEE] = np.random.default_rng(1).normal(0.0, 0.1, 3000)
     with pytest.raises(ConfigurationError, match="follow them at no offset"):
-        on_one_clock(readings, V5, "x.csv")
+        clock_offset(readings, V5, "x.csv")
 
 
 # the encoders' grid
@@ -403,12 +409,12 @@ def test_angles_of_encoders_are_on_the_grid_with_its_shift() -> None:
 # sensors alone
 
 
-def rocking(amplitude: float) -> Readings:
+def rocking(amplitude: float) -> LoggedRun:
     """A torso that pitches to and fro about its accelerometer, at uneven times, with the true angle."""
     time = np.cumsum(np.random.default_rng(4).uniform(0.03, 0.046, 1500))
     angle, rate = amplitude * np.sin(2.0 * time), 2.0 * amplitude * np.cos(2.0 * time)
     zero = np.zeros_like(time)
-    return Readings(
+    return LoggedRun(
         time,
         {
             "angle": np.stack([zero, angle], axis=1),
@@ -422,15 +428,15 @@ def rocking(amplitude: float) -> Readings:
 
 def test_the_fused_angle_of_a_consistent_recording_is_the_filters() -> None:
     readings, parameters = rocking(0.3), load_wear("nominal").sensors.fused_angle
-    found = compare_fused_angle(readings, parameters)
+    found = compare_fused_angle(readings["sensors"], parameters)
     assert found is not None
     assert found.recorded_rms[1] == pytest.approx(0.3 / math.sqrt(2.0), rel=0.02)
     assert max(found.difference) < math.radians(1.0)
-    readings.measured["angle"][:] *= 2.0
-    twice = compare_fused_angle(readings, parameters)
+    readings["sensors"]["angle"][:] *= 2.0
+    twice = compare_fused_angle(readings["sensors"], parameters)
     assert twice is not None and twice.difference[1] == pytest.approx(0.3 / math.sqrt(2.0), rel=0.1)
-    del readings.measured["gyroscope"]  # type: ignore[attr-defined]
-    assert compare_fused_angle(readings, parameters) is None
+    without = {name: values for name, values in readings["sensors"].items() if name != "gyroscope"}
+    assert compare_fused_angle(Table(without), parameters) is None
 
 
 def test_the_stretch_at_rest_is_found() -> None:
@@ -439,14 +445,14 @@ def test_the_stretch_at_rest_is_found() -> None:
     rate = random.normal(0.01, 0.004, (1000, 3))
     moves = (time < 3.0) | (time > 8.0)
     rate[moves, 1] += 0.5 * np.sin(20.0 * time[moves])
-    rest = at_rest(on_grid(Readings(time, {"gyroscope": rate}, time, {}), 0.01))
+    rest = at_rest(on_grid(LoggedRun(time, {"gyroscope": rate}, time, {}), 0.01))
     assert rest is not None
     assert time[rest][0] == pytest.approx(3.0, abs=0.1) and time[rest][-1] == pytest.approx(8.0, abs=0.1)
     rate[:, 0] += np.sin(20.0 * time)
-    assert at_rest(on_grid(Readings(time, {"gyroscope": rate}, time, {}), 0.01)) is None
+    assert at_rest(on_grid(LoggedRun(time, {"gyroscope": rate}, time, {}), 0.01)) is None
 
 
-def sensors_csv(folder: Path, readings: Readings) -> Path:
+def sensors_csv(folder: Path, readings: LoggedRun) -> Path:
     names = [
         "time",
         "angle.x",
@@ -455,8 +461,8 @@ def sensors_csv(folder: Path, readings: Readings) -> Path:
         "gyroscope.x",
         "gyroscope.y",
     ]
-    values = [readings.measured[name] for name in ("angle", "accelerometer")]
-    rows = np.hstack([readings.time[:, None], *values, readings.measured["gyroscope"][:, :2]])
+    values = [readings["sensors"][name] for name in ("angle", "accelerometer")]
+    rows = np.hstack([readings["sensors"]["time"][:, None], *values, readings["sensors"]["gyroscope"][:, :2]])
     np.savetxt(folder / "board.csv", rows, delimiter=",", header=",".join(names), comments="")
     return folder / "board.csv"
 

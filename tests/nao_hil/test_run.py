@@ -1,0 +1,93 @@
+"""A run as tables: the same live and from its recording, and its questions against what was put in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.body.joints import N_JOINTS
+from bridge.errors import ConfigurationError
+from bridge.messages import ActuatorFrame, Notice
+from bridge.messages.frames import N_LEDS
+from bridge.recording.recorder import Recorder
+from nao_hil.runs.run import Run, RunObserver, load
+from tests.frames import standing_frame, truth_frame, walk_telemetry
+
+BODY = load_body("nao-v6")
+
+
+@pytest.fixture(scope="module")
+def live_and_recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Run]:
+    """Twenty cycles; every third one has telemetry and a command, the fall is in the sixteenth."""
+    file = tmp_path_factory.mktemp("run") / "run.mcap"
+    observer = RunObserver(BODY)
+    with Recorder(file, {"robot": "nao-v6", "wear": "/a/worn.toml", "seed": 3}) as recorder:
+        for k in range(20):
+            truth = msgspec.structs.replace(
+                truth_frame(k),
+                time=k * BODY.cycle,
+                zmp=(0.01 * k, 0.0) if k % 2 else None,
+                leds=(k,) * N_LEDS if k > 10 else (),
+                fell=k >= 15,
+            )
+            for each in (observer, recorder):
+                each.sensors(standing_frame(k, time=k * BODY.cycle), truth)
+                if k % 3 == 0:
+                    each.message(walk_telemetry(k, phase="SSL" if k < 9 else "SSR"))
+                    each.command(ActuatorFrame(reply_to=k, position=(0.1,) * 25, stiffness=(1.0,) * N_JOINTS))
+                if k == 7:
+                    each.message(Notice(seq=k, level="info", code="push", text="A push."))
+    return observer.run, load(file)
+
+
+def test_a_run_is_the_same_live_and_recorded(live_and_recorded: tuple[Run, Run]) -> None:
+    live, recorded = live_and_recorded
+    assert list(live) == list(recorded)
+    for topic, table in live.items():
+        assert table.rows and list(table) == list(recorded[topic])
+        for name, values in table.items():
+            if name == "time":  # a file has whole nanoseconds
+                np.testing.assert_allclose(values, recorded[topic][name], atol=1e-9)
+            else:
+                np.testing.assert_array_equal(values, recorded[topic][name])
+    assert list(live.cycles()) == list(recorded.cycles())
+
+
+def test_a_value_that_is_not_there_is_nan_and_lights_that_are_dark_are_zero(
+    live_and_recorded: tuple[Run, Run],
+) -> None:
+    truth = live_and_recorded[1]["world/truth"]
+    assert np.isnan(truth["zmp"][::2]).all() and truth["zmp"][1::2, 0] == pytest.approx(
+        0.01 * np.arange(1, 20, 2)
+    )
+    assert truth["leds"].shape == (20, N_LEDS) and truth["leds"][:, 0].tolist() == [*[0] * 11, *range(11, 20)]
+
+
+def test_the_row_in_force_is_the_last_one_not_beyond(live_and_recorded: tuple[Run, Run]) -> None:
+    walk = live_and_recorded[1]["walk/telemetry"]
+    assert walk.last("seq", [-1, 0, 2, 3, 19]).tolist() == [-1, 0, 0, 1, 6]
+    assert walk["phase"][walk.last("seq", [8, 9])].tolist() == ["SSL", "SSR"]
+
+
+def test_a_stretch_has_its_tables_and_its_cycles(live_and_recorded: tuple[Run, Run]) -> None:
+    run = live_and_recorded[1]
+    part = run.between(5 * BODY.cycle, 8 * BODY.cycle)
+    assert part["sensors"]["seq"].tolist() == [5, 6, 7, 8] == [c.sensors.seq for c in part.cycles()]
+    assert part["notices"]["text"].tolist() == ["A push."] and part.fell is None
+    assert run.fell == pytest.approx(15 * BODY.cycle)
+    assert part.title == "nao-v6, wear worn.toml, seed 3" and part.body.name == "nao-v6"
+
+
+def test_a_run_of_an_unknown_body_has_tables_all_the_same(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "run.mcap", {}) as recorder:
+        recorder.write(standing_frame(0))
+    run = load(tmp_path / "run.mcap")
+    assert run["sensors"].rows == 1 and run["world/truth"].rows == 0 == len(run["world/truth"]["fell"])
+    assert run["world/truth"]["com"].shape == (0, 3)
+    with pytest.raises(ConfigurationError, match="--robot"):
+        print(run.body)
+    assert load(tmp_path / "run.mcap", "nao-v5").body.name == "nao-v5"
