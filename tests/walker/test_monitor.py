@@ -9,7 +9,7 @@ import pytest
 
 from bridge.messages import SensorFrame
 from tests.frames import standing_frame
-from walker.estimator import DELAY_TIME_CONSTANT, DelayEstimator
+from walker.monitor import DELAY_TIME_CONSTANT, DelayEstimator
 from walker.gaits.catalogue import gait_kind
 
 CYCLE = 0.01
