@@ -9,12 +9,12 @@ from typing import Any
 
 import msgspec
 
+from bridge.body import fall
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import RECORDED, FrameHash
 from bridge.recording.playback import read_recording, recorded_config, recording_end
 from bridge.rotations import tilt
-from bridge.stance import FALLEN_TILT
 from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.runs.walk_figures import FallWatch
 
@@ -77,7 +77,7 @@ class _Sum:
         if isinstance(message, SensorFrame):
             self.hash.add(message)
             self.frames = (self.frames[0] if self.frames else message, message)
-            self.fused = max(self.fused, *map(abs, message.angle))
+            self.fused = max(self.fused, fall.tilt(message.angle))
         elif isinstance(message, ActuatorFrame):
             self.hash.add(message)
         elif isinstance(message, TruthFrame):
@@ -126,7 +126,9 @@ def inspect(path: Path) -> Contents:
         distance=_way(found.truth) if found.truth else None,
         torso_max=found.tilt if found.truth else found.fused,
         frames_sha256=found.hash.hexdigest(),
-        diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN_TILT) else None,
+        diagnosis=_diagnosis(path)
+        if found.fell or (not found.truth and fall.has_fallen(found.fused))
+        else None,
         fall_cause=found.fall_cause,
     )
 

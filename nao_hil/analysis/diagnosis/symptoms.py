@@ -12,8 +12,8 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from bridge.body.fall import has_fallen
 from bridge.messages.frames import ORDER
-from bridge.stance import FALLEN_TILT
 from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, Stand
 from nao_hil.runs.walk_figures import FallWatch
@@ -105,7 +105,7 @@ def fallen(balance: Balance, lean: float) -> bool:
     if balance.moment.truth is not None:
         return balance.moment.truth.fell
     walk = balance.moment.walk
-    return lean > FALLEN_TILT or (walk is not None and walk.state == "fallen")
+    return has_fallen(lean) or (walk is not None and walk.state == "fallen")
 
 
 MEANING: Final[dict[Kind, str]] = {
