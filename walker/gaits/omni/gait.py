@@ -186,11 +186,11 @@ def _target(g: Constants, x: OmniState) -> Foothold:
     zmp = x.zmp if x.captures else _under_stance(g, x)
     end = _drift(x.xi, zmp, math.exp(g.omega * max(_duration(g, x) - x.t, 0.0)))
     yaw, ahead, beyond = _endless_walk(g, x.stance, x.swing, x.corrected_velocity)
-    place = (
+    p_x, p_y = (
         (xi - (e - a) - g.rho * p_0) / (1.0 - g.rho) - a
         for xi, p_0, e, a in zip(end, zmp, beyond, ahead, strict=True)
     )
-    return clip_foothold(g.p, x.stance, x.swing, Foothold(*place, yaw))
+    return clip_foothold(g.p, x.stance, x.swing, Foothold(p_x, p_y, yaw))
 
 
 def _aim(g: Constants, x: OmniState, feedback: Feedback) -> OmniState:
