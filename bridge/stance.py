@@ -15,8 +15,6 @@ from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import SIDES, Positive
 
-FALLEN_TILT: Final = math.radians(45.0)
-"""Tilt of the torso from which a robot counts as fallen, rad."""
 _MIN_STIFFNESS: Final = 0.2
 """Least stiffness of each joint of a supporting leg."""
 

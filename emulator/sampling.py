@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body
+from bridge.body.fall import FALLEN_TILT
 from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import Contact, SensorFrame, TruthFrame
-from bridge.stance import FALLEN_TILT
 from bridge.types import Array, Vec3
 from emulator.compiled import compiled
 from emulator.engine.values import FootLoad, GroundContacts, TorsoState

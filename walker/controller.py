@@ -17,12 +17,11 @@ from bridge.body.kinematics import FloatingBase
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
 from bridge.types import Vec3
-from walker.estimation.contact import Contacts
 from walker.estimation.ground import Corrections
-from walker.estimation.odometry import GyroscopeHeading, Odometry, middle_of_soles
-from walker.estimator import Estimate, Estimator
+from walker.estimator import Estimator
 from walker.gaits import Foothold, Gait, Plan
 from walker.gaits.order import Steering, WalkEnd, WalkOrder, WalkPlanner
+from walker.monitor import Estimate, Monitor
 from walker.parameters import ControllerParameters, controller_parameters
 from walker.states.down import Fallen, Moving, Recovery, Resting
 from walker.states.setup import WalkSetup, set_up_walk
@@ -83,14 +82,12 @@ class Controller:
         self.fall_cause = ""
         """Reason of the last detected or predicted fall."""
         self._kinematics = FloatingBase(body)
-        self._odometry = Odometry(self._kinematics, gyroscope=GyroscopeHeading.of(body))
-        self._walk_end = WalkEnd(p.deviation.latency, cycle)
+        self._estimator = Estimator(self._kinematics, p)
+        self._walk_end = WalkEnd(p.latency, cycle)
         self._steering: Steering | None = None
         """To the order's target, once the walk has begun."""
-        self.odometry_pose = Foothold()
-        """Middle between the feet by the odometry since the first tick."""
-        self._estimator = self._make_estimator()
-        self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), "")
+        self._monitor = self._make_monitor()
+        self._estimate = Estimate(self._estimator.state)
         self._seq: int | None = None
         self.lying_side: Lying = "upright"
         """Side on which the robot lies."""
@@ -163,6 +160,11 @@ class Controller:
         return self._estimate.delay
 
     @property
+    def odometry_pose(self) -> Foothold:
+        """Middle between the feet by the odometry since the first tick."""
+        return self._estimator.state.middle
+
+    @property
     def planned_pose(self) -> Foothold:
         """Middle between the planned feet since the first tick: the origin of plans, not of the world."""
         return self.plan.middle
@@ -227,7 +229,7 @@ class Controller:
             x, y, turn = order.target
             goal = Foothold(*self.odometry_pose.point(x, y), self.odometry_pose.yaw + turn)
             self._steering = Steering(limits, goal, order.share)
-            self._walk_end = WalkEnd(self._walk.parameters.deviation.latency, self._cycle)
+            self._walk_end = WalkEnd(self._walk.parameters.latency, self._cycle)
         stop_poses = self._walk_end.update(self.odometry_pose, self.plan)
         if stop_poses and self._steering.arrived(*stop_poses):
             self._walking.stop()
@@ -259,12 +261,11 @@ class Controller:
         """
         first, dt = self._seq is None, self._elapsed(frame.seq)
         self.lying_side = lying(frame.angle)
-        # The odometry before the estimates: heading and velocity are compared with it.
-        self.odometry_pose = middle_of_soles(self._kinematics, self._odometry.update(frame))
+        base = self._estimator.update(frame, dt, self.plan.middle.yaw)
         walking = self._state.name in WALKING
         # The corrections are those of the last cycle, from before a transition.
-        self._estimate = self._estimator.update(
-            frame, dt, self.plan, self._state.corrections, self.odometry_pose, walking=walking
+        self._estimate = self._monitor.update(
+            frame, base, dt, self.plan, self._state.corrections, walking=walking
         )
         if walking:
             self._hold -= dt
@@ -304,12 +305,10 @@ class Controller:
             fell=self._fell,
         )
 
-    def _make_estimator(self) -> Estimator:
-        """An estimator without history; a robot that can get up predicts its falls."""
-        p = self._walk.parameters
-        return Estimator(
-            self._kinematics, p, self._cycle, p.switches, predicts_falls=self._recovery.after_falls
-        )
+    def _make_monitor(self) -> Monitor:
+        """A monitor without history; a robot that can get up predicts its falls."""
+        falls = self._recovery.after_falls
+        return Monitor(self._kinematics, self._walk.parameters, self._cycle, predicts_falls=falls)
 
     @property
     def _is_down(self) -> bool:
@@ -388,7 +387,8 @@ class Controller:
             successor = self._walking = Walking(planner, machine, walk.stabilizer, blend, walked)
         self._state = successor if approach is None else Approaching(walk.goal, successor, approach)
         if forget:
-            self._estimator = self._make_estimator()
+            self._estimator.restart(walk.parameters)
+            self._monitor = self._make_monitor()
 
     def _stand_up(self, _: SensorFrame) -> None:
         """Move from any joint angles to the stand, without the history of the walk that ended in a fall."""
@@ -410,7 +410,7 @@ class Controller:
     def _interrupt(self, frame: SensorFrame) -> None:
         """Resume from a stand after a gap that is too long for resuming in stride."""
         self._resume(frame)
-        self._estimate = self._estimate._replace(delay=0.0)  # so does the mean of the new estimator
+        self._estimate = self._estimate._replace(delay=0.0)  # so does the mean of the new monitor
         self.interruptions += 1
 
     def _begin(self, _: SensorFrame) -> None:
@@ -453,7 +453,7 @@ class Controller:
             com=p.com,
             left=p.left,
             right=p.right,
-            angle=e.angle,
+            angle=e.base.angle,
             zmp_measured=e.zmp,
             contact=e.contacts,
             foot_lift=c.lift,

@@ -1,224 +1,85 @@
-"""All estimates of one cycle together, and the delay of the walker's answers at the robot.
+"""The state of the robot's floating base, by its sensors: the one place where a filter makes it.
 
-The delay is estimated from the frames alone. Sensor frame k names the frame whose answer was in force in the
-cycle before it (`command`); on a good link that is k - 1. The difference to k - 1 is the delay of the whole
-loop in cycles: way to the walker, tick, way back, wait for the boundary. No clocks are compared.
+Everything that reads a measured state reads `BaseState`. Another estimator, such as a Kalman filter, has the
+constructor and the two methods of `Estimator`, and replaces this file.
 """
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
-import msgspec
+import numpy as np
 
-from bridge.body.kinematics import FloatingBase, Transform, homogeneous
+from bridge.body.joints import N_JOINTS
+from bridge.body.kinematics import FloatingBase, RobotPose
 from bridge.messages import SensorFrame
-from bridge.rotations import R_yaw
-from bridge.types import Side, Vec2
-from walker.estimation.attitude import Attitude, AttitudeParameters, Lean, LeanParameters
-from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
-from walker.estimation.fall import FallDetector, FallParameters, FallPredictor, FallPredictorParameters
-from walker.estimation.ground import Corrections, GroundParameters, GroundTilt
-from walker.gaits.plan import NO_FEEDBACK, Feedback, Foothold, Plan, SolePose
-from walker.mechanisms.capture_step import CaptureEstimator, CaptureParameters, LandedFootEstimator
-from walker.mechanisms.foothold_feedback import DeviationEstimator, DeviationParameters
-from walker.mechanisms.hold import HeadingError, VelocityHold, VelocityHoldParameters
-from walker.mechanisms.tipping import TippingDetector, TippingParameters
-from walker.switches import Switches
-
-DELAY_TIME_CONSTANT: Final = 0.5
-"""s; of the mean: it ignores a single late answer, and gaps that the guard handles."""
-RESTART_GAP: Final = 0.25
-"""s without a frame after which the mean restarts: meanwhile the guard's commands are in force."""
-MAX_DELAY: Final = 0.040
-"""s; a delay counts as no more, so that one gap that the guard bridges does not end a walk."""
+from bridge.types import Vec2, Vec3
+from walker.estimation.attitude import Attitude, Lean
+from walker.estimation.odometry import GyroscopeHeading, Odometry, middle_of_soles
+from walker.gaits.plan import Foothold
+from walker.parameters import ControllerParameters
 
 
-class DelayEstimator:
-    """Mean delay of the answers; for one boot of a robot.
+class BaseState(NamedTuple):
+    """Measured state of the robot when its sensors were read, SI units and rad.
 
-    Args:
-        cycle: of the robot, s.
+    The odometry's frame has z up; its origin is the middle of the soles at the first frame.
     """
 
-    def __init__(self, cycle: float) -> None:
-        self._cycle = cycle
-        self._first: int | None = None
-        self._seq = 0
-        self.mean = 0.0
-        """s; weighted with exp(-age / `DELAY_TIME_CONSTANT`), each delay at most `MAX_DELAY`."""
-        self.gap = 0.0
-        """Age of the last answer in force beyond the mean, s; 0 before the first one."""
-
-    def update(self, frame: SensorFrame) -> None:
-        """The next frame that is answered."""
-        cycles = frame.seq - self._seq
-        self._seq = frame.seq
-        self.gap = 0.0
-        if self._first is None:
-            self._first = frame.seq
-            return
-        # The answer in force before this controller's first one is not its own.
-        late = frame.seq - 1 - max(frame.command, self._first - 1)
-        if frame.command >= self._first:
-            self.gap = max(0.0, late * self._cycle - self.mean)
-        if cycles * self._cycle > RESTART_GAP:
-            self._first = frame.seq
-            return
-        weight = min(1.0, cycles * self._cycle / DELAY_TIME_CONSTANT)
-        self.mean += weight * (min(late * self._cycle, MAX_DELAY) - self.mean)
-
-
-class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of all estimates, SI units and rad."""
-
-    contact: ContactParameters = ContactParameters()
-    attitude: AttitudeParameters = AttitudeParameters()
-    ground: GroundParameters = GroundParameters()
-    lean: LeanParameters = LeanParameters()
-    deviation: DeviationParameters = DeviationParameters()
-    velocity_hold: VelocityHoldParameters = VelocityHoldParameters()
-    tipping: TippingParameters = TippingParameters()
-    capture: CaptureParameters = CaptureParameters()
-    fall: FallParameters = FallParameters()
-    foresight: FallPredictorParameters = FallPredictorParameters()
-
-
-class Estimate(NamedTuple):
-    """Estimates from one sensor frame."""
-
-    contacts: Contacts
-    zmp: Vec2 | None
-    """Measured zero moment point in the walk frame, m; None without load."""
-    angle: Vec2
-    """Torso roll and pitch, rad."""
-    fall: str
-    """Why the robot falls; empty: it does not."""
-    ground: Vec2 = (0.0, 0.0)
-    """Roll and pitch of the ground under the standing feet, rad."""
-    delay: float = 0.0
-    """Mean lateness of answers at the robot, s."""
-    gap: float = 0.0
-    """Age of the answer in force beyond that, s."""
-    lean: Vec2 | None = None
-    """Torso roll and pitch by the gyroscope less their mean when this command is carried out, rad;
-    None: off."""
-    feedback: Feedback = NO_FEEDBACK
-    """For the gait, in the walk frame."""
+    pose: RobotPose
+    """All links, feet and centre of mass in the odometry's frame."""
+    middle: Foothold = Foothold()
+    """Middle of both soles and mean of their headings in the odometry's frame."""
+    angle: Vec2 = (0.0, 0.0)
+    """Roll and pitch of the torso without drift; follows a disturbance late."""
+    lean: Vec2 = (0.0, 0.0)
+    """The same without lag."""
+    lean_ahead: Vec2 = (0.0, 0.0)
+    """`lean` less its slow mean, one latency later."""
+    angular_velocity: Vec3 = (0.0, 0.0, 0.0)
+    """Of the torso, in the Torso frame."""
 
 
 class Estimator:
-    """Turns sensor frames into estimates, once per received frame.
+    """Sensor frames in, `BaseState` out, once per received frame.
 
     Args:
         base: kinematics of the body.
-        parameters: of the single estimates.
-        cycle: of the robot, s.
-        on: which estimates are made.
-        predicts_falls: a predicted fall (`FallPredictor`) counts as one.
+        parameters: of the filters.
     """
 
-    def __init__(
-        self,
-        base: FloatingBase,
-        parameters: EstimatorParameters,
-        cycle: float,
-        on: Switches,
-        *,
-        predicts_falls: bool = False,
-    ) -> None:
-        body = base.body
-        self._attitude = Attitude(parameters.attitude if on.attitude_correction else None)
-        self._contact = ContactEstimator(parameters.contact)
-        self._fall = FallDetector(parameters.fall)
-        self._fall_predictor = FallPredictor(parameters.foresight, base) if predicts_falls else None
-        self._forces = FootForces(body)
-        self._ground = GroundTilt(parameters.ground, body, cycle)
-        self._height = body.lengths.FootHeight
-        self._delay = DelayEstimator(cycle)
-        self._deviation = DeviationEstimator(
-            parameters.deviation,
-            base,
-            cycle,
-            deviation=on.foothold_feedback,
-            placement=on.foot_placement,
-        )
-        self._capture = CaptureEstimator(parameters.capture, base) if on.capture_step else None
-        self._landed = LandedFootEstimator(parameters.capture, base)
-        self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
-        self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
-        self._tipping = TippingDetector(parameters.tipping) if on.step_hold else None
-        self._lean = Lean(parameters.lean)
-        self._planned: float | None = None
-        """Heading of the plan in the last cycle, rad."""
-        self._predicts = on.gyroscope_lean
+    def __init__(self, base: FloatingBase, parameters: ControllerParameters) -> None:
+        self._base = base
+        self._odometry = Odometry(base, gyroscope=GyroscopeHeading.of(base.body))
+        self.state = BaseState(base.place(base.in_torso([0.0] * N_JOINTS), np.eye(4)))
+        """Of the last frame."""
+        self.restart(parameters)
 
-    def update(
-        self,
-        frame: SensorFrame,
-        dt: float,
-        plan: Plan,
-        corrections: Corrections,
-        here: Foothold,
-        *,
-        walking: bool,
-    ) -> Estimate:
+    def restart(self, parameters: ControllerParameters) -> None:
+        """Forget the history, but for the way that the robot has gone.
+
+        Args:
+            parameters: of the filters from now on.
+        """
+        on = parameters.switches.attitude_correction
+        self._attitude = Attitude(parameters.attitude if on else None)
+        self._lean = Lean(parameters.lean, parameters.latency)
+        self._heading: float | None = None
+
+    def update(self, frame: SensorFrame, dt: float, heading: float) -> BaseState:
         """One cycle.
 
         Args:
             frame: newest sensor frame.
             dt: time since the last one, s.
-            plan: the plan in force: feet in contact are taken as fixed and level where it put them.
-            corrections: of the last cycle.
-            here: middle between the soles by the odometry, m, rad.
-            walking: as in `FallDetector.update`.
+            heading: of the plan in force, rad. Some bodies have no gyroscope about z.
         """
-        contacts = self._contact.update(frame.fsr)
+        pose = self._odometry.update(frame)
         angle = self._attitude.update(frame, dt)
-        zmp = self._zmp(frame, contacts, plan)
-        capturing = plan.capture is not None
-        fall = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
-        moves = plan.phase != "stand"
-        ground = self._ground.update(frame, angle, corrections, dt, walking=moves, capturing=capturing)
-        self._delay.update(frame)
-        planned = plan.middle.yaw
-        turn = (planned - self._planned) / dt if self._planned is not None and dt > 0.0 else 0.0
-        self._planned = planned
+        turn = (heading - self._heading) / dt if self._heading is not None and dt > 0.0 else 0.0
+        self._heading = heading
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
-        if self._fall_predictor is not None:
-            predicted = self._fall_predictor.update(frame, lean, plan, dt)
-            fall = fall or (predicted if not contacts.none else "")
-        feedback = self._deviation.update(frame.position, lean, plan, dt)
-        if self._capture is not None:
-            measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
-            landed = self._landed.update(frame.position, lean, frame.gyroscope, plan, dt)
-            feedback = feedback._replace(capture_step=measured, landed=landed)
-        if self._heading_error is not None:
-            feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
-        if self._velocity_hold is not None:
-            feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
-        if self._tipping is not None:
-            feedback = self._tipping.update(feedback, plan, dt)
-        return Estimate(
-            contacts,
-            zmp,
-            angle,
-            fall,
-            ground,
-            self._delay.mean,
-            self._delay.gap,
-            self._lean.lean_without_mean if self._predicts else None,
-            feedback,
+        self.state = BaseState(
+            pose, middle_of_soles(self._base, pose), angle, lean, self._lean.lean_without_mean, frame.gyroscope
         )
-
-    def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:
-        feet: dict[Side, Transform] = {}
-        if contacts.left:
-            feet["L"] = self._pose(plan.left)
-        if contacts.right:
-            feet["R"] = self._pose(plan.right)
-        point = self._forces.zmp(frame.fsr, feet)
-        return None if point is None else (float(point[0]), float(point[1]))
-
-    def _pose(self, foot: SolePose) -> Transform:
-        return homogeneous(R_yaw(foot.yaw), (foot.x, foot.y, self._height))
+        return self.state

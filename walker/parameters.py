@@ -14,22 +14,26 @@ import msgspec
 
 from bridge.config import from_dict, load_toml, read_toml
 from bridge.errors import ConfigurationError
-from bridge.types import Positive
-from walker.estimation.contact import TouchDownParameters
-from walker.estimator import EstimatorParameters
+from bridge.types import NotNegative, Positive
+from walker.estimation.attitude import AttitudeParameters, LeanParameters
+from walker.estimation.contact import ContactParameters, TouchDownParameters
+from walker.estimation.fall import FallParameters, FallPredictorParameters
+from walker.estimation.ground import GroundParameters
 from walker.gaits.catalogue import gait_file
 from walker.mechanisms.admittance import AnkleParameters, LegParameters
-from walker.mechanisms.capture_step import BackwardStepParameters, LandedFootParameters
+from walker.mechanisms.capture_step import BackwardStepParameters, CaptureParameters, LandedFootParameters
 from walker.mechanisms.compliance import JointComplianceParameters
+from walker.mechanisms.foothold_feedback import DeviationParameters
+from walker.mechanisms.hold import VelocityHoldParameters
 from walker.mechanisms.stance_ankle import DampingParameters, LeanFeedbackParameters
 from walker.mechanisms.swing_foot import SwingFootOrientationParameters
+from walker.mechanisms.tipping import TippingParameters
 from walker.mechanisms.torso_control import TorsoDesigns, TorsoLimits
 from walker.switches import Switches
 
-_LATENCIES: Final = "lean.latency deviation.latency compliance.latency capture.latency leg.latency"
 _TABLE: Final = (
     (0.1, "s", "torso_design.thesis.controller.sample_time torso_design.robust.controller.sample_time"),
-    (0.5, "s", f"{_LATENCIES} capture.smoothing foresight.smoothing"),
+    (0.5, "s", "latency leg.latency capture.smoothing foresight.smoothing"),
     (1.0, "s", "max_gap damping.roll damping.pitch landed_foot.damping"),
     (5.0, "s", "landed_foot.landing_time landed_foot.contact_time landed_foot.standing_time"),
     (5.0, "s", "touch_down.max_wait capture.min_time_after_step foresight.push_time"),
@@ -122,11 +126,23 @@ def check_bounds(parameters: Mapping[str, Any]) -> None:
             )
 
 
-class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the controller that may be switched or tuned, SI units and rad."""
 
     switches: Switches = Switches()
     """Which mechanisms are on; the tables below are read where theirs is."""
+    latency: NotNegative = 0.04
+    """From a command to the motion that the sensors report, s."""
+    attitude: AttitudeParameters = AttitudeParameters()
+    lean: LeanParameters = LeanParameters()
+    contact: ContactParameters = ContactParameters()
+    ground: GroundParameters = GroundParameters()
+    deviation: DeviationParameters = DeviationParameters()
+    velocity_hold: VelocityHoldParameters = VelocityHoldParameters()
+    tipping: TippingParameters = TippingParameters()
+    capture: CaptureParameters = CaptureParameters()
+    fall: FallParameters = FallParameters()
+    foresight: FallPredictorParameters = FallPredictorParameters()
     torso_design: TorsoDesigns = TorsoDesigns()
     """The designed torso controllers, from `torso.toml` of the gait or from `nao-hil design torso`."""
     torso_limits: TorsoLimits = TorsoLimits()

@@ -55,7 +55,7 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     fall_cause: str
     """Reason of the last fall; empty: none."""
     late: bool
-    """Stopped because answers are later than the gait permits, see `walker.estimator`."""
+    """Stopped because answers are later than the gait permits, see `walker.monitor`."""
     interruptions: int
     """Number of walks resumed from a stand, or restarted, after too long without an answer at the robot."""
     ticks: int

@@ -19,7 +19,6 @@ from bridge.messages import SensorFrame
 from bridge.types import SIDES, Side, Vec2
 from walker.estimation.contact import Contacts, SupportState
 from walker.estimation.ground import Corrections
-from walker.estimator import Estimate
 from walker.gaits.plan import OTHER_SIDE, Foothold, Plan, SolePose, Support
 from walker.gaits.pose import PoseMaker
 from walker.mechanisms.admittance import AnkleAdmittance, AnkleLimits, LegAdmittances
@@ -28,6 +27,7 @@ from walker.mechanisms.compliance import JointCompliance
 from walker.mechanisms.stance_ankle import StanceAnkle
 from walker.mechanisms.swing_foot import SwingFootCorrection, SwingFootOrientation
 from walker.mechanisms.torso_control import TorsoControl
+from walker.monitor import Estimate
 from walker.parameters import ControllerParameters
 
 _ALIGNED_TOLERANCE: Final = math.radians(0.5)
@@ -51,7 +51,7 @@ class Stabilizer:
         self._pose = pose
         on = parameters.switches
         self._backward_step = BackwardStep(parameters.backward_step, body)
-        self._compliance = JointCompliance(parameters.compliance, body, cycle)
+        self._compliance = JointCompliance(parameters.compliance, body, cycle, parameters.latency)
         self._compensates = on.joint_compliance
         self._ranges = {side: AnkleRange(body, side) for side in SIDES}
         self._legs = self._ankles = self._orientation = None
@@ -66,6 +66,7 @@ class Stabilizer:
         self._ground: Vec2 = (0.0, 0.0)
         self._solved: tuple[float, ...] = ()
         self._torso = _torso_control(parameters, cycle)
+        self._predicts_lean = on.gyroscope_lean
         self._stance_ankle = StanceAnkle(
             parameters.damping,
             parameters.lean_feedback,
@@ -81,7 +82,7 @@ class Stabilizer:
     def settle(self, estimate: Estimate) -> None:
         """One cycle that corrects nothing: the filters follow the estimate and are settled for the walk."""
         if self._torso is not None:
-            self._torso.update(estimate.angle[1], "both")
+            self._torso.update(estimate.base.angle[1], "both")
 
     def update(
         self, plan: Plan, support_state: SupportState, estimate: Estimate, frame: SensorFrame, dt: float
@@ -91,14 +92,14 @@ class Stabilizer:
         Args:
             plan: the plan.
             support_state: roles of the legs.
-            estimate: contacts and torso angle.
+            estimate: contacts and state of the robot.
             frame: newest sensor frame.
             dt: time since the last one, s.
 
         Returns:
             25 joint angles within their ranges, rad, and the corrections in them.
         """
-        lean = estimate.angle if estimate.lean is None else estimate.lean
+        lean = estimate.base.lean_ahead if self._predicts_lean else estimate.base.angle
         feedback = estimate.feedback
         self._backward_step.update(plan, feedback.capture_step, dt)
         lean = lean[0], lean[1] - self._backward_step.bend  # of the legs: the torso is bent ahead of them
@@ -118,7 +119,7 @@ class Stabilizer:
         torso = (0.0, 0.0)
         if self._torso is not None:
             torso = self._torso.update(
-                estimate.angle[1], _sole_support(support_state.support, estimate.contacts)
+                estimate.base.angle[1], _sole_support(support_state.support, estimate.contacts)
             )
         offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support, plan.progress)
         torso = torso[0] + offsets.pitch[0], torso[1] + offsets.pitch[1]

@@ -13,7 +13,7 @@ from typing import Final, Literal, NamedTuple
 from bridge.messages import SensorFrame
 from bridge.motion import Lying
 from bridge.stance import stands
-from walker.estimator import Estimate
+from walker.monitor import Estimate
 from walker.parameters import ControllerParameters
 from walker.states.down import Fallen, Moving, Recovery, Resting
 from walker.states.state import State, StateName, legs_hold

@@ -60,11 +60,40 @@ def limits(body: Body, joint: str) -> tuple[float, float]:
     return sheet.lower, sheet.upper
 
 
-def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float, float]:
-    """A joint's range while the joint it is coupled to is at `other_position`.
+class CoupledRange:
+    """Range of a joint that depends on the position of another one (`COUPLED_TO`).
 
     The published anti-collision points, linear between them (assumed) and constant beyond them, cut to the
     joint's own range.
+
+    Args:
+        body: the data sheet.
+        joint: one of `COUPLED_TO`.
+    """
+
+    def __init__(self, body: Body, joint: str) -> None:
+        rows: dict[float, CouplingRow] = {row.at: row for row in getattr(body.coupling, joint)}
+        if joint == "HeadPitch":  # published for one side of a symmetric head
+            rows |= {-at: row for at, row in rows.items()}
+        self._own = limits(body, joint)
+        self.table: Final = tuple((at, rows[at].lower, rows[at].upper) for at in sorted(rows))
+        """Place of the other joint, lower and upper end before the cut, rad."""
+        self._at = [at for at, *_ in self.table]
+
+    def at(self, other: float) -> tuple[float, float]:
+        """Lower and upper end while the other joint is at a position, rad."""
+        table = self.table
+        other = min(max(other, table[0][0]), table[-1][0])
+        i = bisect_left(self._at, other, lo=1, hi=len(table) - 1)
+        (a, lower_a, upper_a), (b, lower_b, upper_b) = table[i - 1], table[i]
+        share = (other - a) / (b - a)
+        lower = (1.0 - share) * lower_a + share * lower_b
+        upper = (1.0 - share) * upper_a + share * upper_b
+        return max(self._own[0], lower), min(self._own[1], upper)
+
+
+def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float, float]:
+    """A joint's range while the joint it is coupled to is at `other_position`.
 
     Args:
         body: the data sheet.
@@ -74,19 +103,7 @@ def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float
     Raises:
         KeyError: the body has no such joint.
     """
-    lower, upper = limits(body, joint)
-    if joint not in COUPLED_TO:
-        return lower, upper
-    rows: tuple[CouplingRow, ...] = getattr(body.coupling, joint)
-    # The head's table is published for one side; the head is symmetric.
-    at = abs(other_position) if joint == "HeadPitch" else other_position
-    at = min(max(at, rows[0].at), rows[-1].at)
-    i = bisect_left(rows, at, lo=1, hi=len(rows) - 1, key=lambda row: row.at)
-    a, b = rows[i - 1], rows[i]
-    share = (at - a.at) / (b.at - a.at)
-    row_lower = (1.0 - share) * a.lower + share * b.lower
-    row_upper = (1.0 - share) * a.upper + share * b.upper
-    return max(lower, row_lower), min(upper, row_upper)
+    return CoupledRange(body, joint).at(other_position) if joint in COUPLED_TO else limits(body, joint)
 
 
 def joint_no_load_speed(body: Body, joint: str) -> float:

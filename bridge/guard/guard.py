@@ -13,6 +13,7 @@ from typing import Final, Literal
 import msgspec
 
 from bridge.body import Body
+from bridge.body.fall import tilt
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
@@ -20,7 +21,7 @@ from bridge.guard.config import GuardSettings
 from bridge.guard.motions import Approach, CloseStance, CommandStream, Descent, SitDown, Watchdog
 from bridge.guard.output import JointOutput
 from bridge.guard.readings import SensorMonitor
-from bridge.guard.status import FallMonitor, StatusLog, SupplyMonitor, tilt
+from bridge.guard.status import FallMonitor, StatusLog, SupplyMonitor
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.motion import motion_for
@@ -381,7 +382,7 @@ class Guard:
         approach.advance(output.joint_travel(position, command))
         self._report_approach(frame)
         output.stiffness = command.stiffness
-        upright = tilt(frame) < self._s.fall.angle
+        upright = tilt(frame.angle) < self._s.fall.angle
         self._stream.update(position if upright else None)
         if position == command.position:
             return command

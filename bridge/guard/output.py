@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, JOINTS, N_JOINTS
-from bridge.body.quantities import COUPLED_TO, HANDS, absent_joints, coupled_limits, joint_no_load_speed, limits
+from bridge.body.quantities import COUPLED_TO, HANDS, CoupledRange, absent_joints, joint_no_load_speed, limits
 from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.codec import require_finite
@@ -38,6 +38,7 @@ class Ranges:
             if joint not in absent:
                 self._lower[INDEX[joint]], self._upper[INDEX[joint]] = limits(body, joint)
         self._coupled = {j: (INDEX[j], INDEX[other]) for j, other in COUPLED_TO.items() if j not in absent}
+        self._ranges = {joint: CoupledRange(body, joint) for joint in self._coupled}
         self.clipped = ""
         """One sentence on the clipped joint of the last `check`; empty: none."""
 
@@ -71,7 +72,7 @@ class Ranges:
         position = np.minimum(np.maximum(asked, self._lower), self._upper).tolist()
         # a coupled range follows the clipped angle of the other joint
         for joint, (slot, other) in self._coupled.items():
-            lower, upper = coupled_limits(self._body, joint, position[other])
+            lower, upper = self._ranges[joint].at(position[other])
             position[slot] = min(max(position[slot], lower), upper)
         outside = np.flatnonzero(np.abs(asked - position) > TOLERANCE)
         return tuple(position), self._sentence(int(outside[0]), asked, position) if outside.size else ""
@@ -81,7 +82,7 @@ class Ranges:
         joint = JOINTS[slot]
         lower, upper = self._lower[slot], self._upper[slot]
         if joint in self._coupled:
-            lower, upper = coupled_limits(self._body, joint, position[self._coupled[joint][1]])
+            lower, upper = self._ranges[joint].at(position[self._coupled[joint][1]])
         return (
             f"{joint} was asked to {asked[slot]:.3f} rad and clipped to {position[slot]:.3f} rad; its range "
             f"here is {lower:.3f} to {upper:.3f} rad."
@@ -116,6 +117,7 @@ class SpeedLimiter:
     def __init__(self, body: Body, ratio: float = 1.0) -> None:
         self._body = body
         self._couplings = [(j, INDEX[j], INDEX[o]) for j, o in COUPLED_TO.items() if j in body.joints]
+        self._ranges = {joint: CoupledRange(body, joint) for joint, *_ in self._couplings}
         self.steps: Array = np.full(N_JOINTS, np.inf)
         """Longest way of each joint in one cycle, rad."""
         for joint in body.joints:
@@ -172,14 +174,14 @@ class SpeedLimiter:
             paces: steps to try, rad.
         """
         assert self.last is not None
-        lower, upper = coupled_limits(self._body, joint, out[other])
+        lower, upper = self._ranges[joint].at(out[other])
         start, way = self.last[slot], min(max(wanted, lower), upper) - self.last[slot]
         for step in paces:
             out[slot] = start + way if abs(way) <= step else start + min(max(way, -step), step)
             if lower - _ROUNDING <= out[slot] <= upper + _ROUNDING:
                 return
         out[other] = self.last[other]
-        lower, upper = coupled_limits(self._body, joint, out[other])
+        lower, upper = self._ranges[joint].at(out[other])
         out[slot] = min(max(out[slot], lower), upper)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 from bridge.body import Body
+from bridge.body.fall import tilt
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import absent_joints
 from bridge.guard.config import BatterySettings, FallSettings, TemperatureSettings
@@ -34,12 +34,6 @@ _STATE_TEXTS: Final[dict[State, str]] = {
 }
 
 
-def tilt(frame: SensorFrame) -> float:
-    """Angle between the torso and the vertical by the fused angle, rad: cos(tilt) = cos(roll) cos(pitch)."""
-    roll, pitch = frame.angle
-    return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
-
-
 class FallMonitor:
     """Reports a fall once, after some cycles of too much tilt that follow an upright stand.
 
@@ -59,7 +53,7 @@ class FallMonitor:
 
     def update(self, frame: SensorFrame) -> bool:
         """One cycle; True in the one in which a fall is detected."""
-        angle = tilt(frame)
+        angle = tilt(frame.angle)
         if not self._may_fall:
             upright = angle < self._s.upright and stands(self._body, frame, self._stance)
             self._stood = self._stood + 1 if upright else 0

@@ -44,8 +44,13 @@ from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
-from bridge.body.model import CouplingRow
-from bridge.body.quantities import COUPLED_TO, joint_no_load_speed, joint_nominal_torque, joint_stall_torque
+from bridge.body.quantities import (
+    COUPLED_TO,
+    CoupledRange,
+    joint_no_load_speed,
+    joint_nominal_torque,
+    joint_stall_torque,
+)
 from bridge.types import Array, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.drives import BRUSH_REACH, DRIVE, put_in_force
@@ -113,14 +118,6 @@ def stiffness_factor(temperature: float, levels: Vec3) -> float:
     return 0.0
 
 
-def _coupling(body: Body, joint: str) -> Array:
-    """Range of one joint over the request of another, rows of place, lower and upper, (3, rows), rad."""
-    rows: dict[float, CouplingRow] = {row.at: row for row in getattr(body.coupling, joint)}
-    if joint == "HeadPitch":  # published for one side of a symmetric head
-        rows |= {-at: row for at, row in rows.items()}
-    return np.array([[at, rows[at].lower, rows[at].upper] for at in sorted(rows)]).T.copy()
-
-
 class RequestLimits:
     """Clips requests as the robot's boards do.
 
@@ -138,7 +135,7 @@ class RequestLimits:
         coupled = [(a, b) for a, b in COUPLED_TO.items() if a in joints and b in joints]
         places = [(joints.index(a), joints.index(b)) for a, b in coupled]
         self._places = np.array(places, dtype=np.int64).reshape(-1, 2)
-        tables = [_coupling(body, joint) for joint, _ in coupled]
+        tables = [np.array(CoupledRange(body, joint).table).T.copy() for joint, _ in coupled]
         self._tables = np.concatenate([np.zeros((3, 0)), *tables], axis=1)
         """One after the other."""
         self._ends = np.cumsum([0, *(table.shape[1] for table in tables)])

@@ -8,10 +8,10 @@ from typing import Any
 
 import msgspec
 
+from bridge.body import fall
 from bridge.errors import ConfigurationError
 from bridge.messages import Notice, SensorFrame, WalkTelemetry
 from bridge.recording.playback import recording_end
-from bridge.stance import FALLEN_TILT
 from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.runs.run import Run, load
 from nao_hil.runs.summary import RunStatistics
@@ -72,7 +72,7 @@ def inspect(path: Path) -> Contents:
         statistics.take(message)
         if isinstance(message, SensorFrame):
             frames[1:] = [message]
-            fused = max(fused, *map(abs, message.angle))
+            fused = max(fused, fall.tilt(message.angle))
         elif isinstance(message, WalkTelemetry) and statistics.is_current(message):
             fall_cause = message.fall_cause or fall_cause
         elif isinstance(message, Notice):
@@ -96,7 +96,7 @@ def inspect(path: Path) -> Contents:
         distance=summary.distance if truth else None,
         torso_max=summary.torso_max if truth else fused,
         frames_sha256=summary.frames_sha256,
-        diagnosis=_diagnosis(run) if summary.fell or (not truth and fused > FALLEN_TILT) else None,
+        diagnosis=_diagnosis(run) if summary.fell or (not truth and fall.has_fallen(fused)) else None,
         fall_cause=fall_cause,
     )
 

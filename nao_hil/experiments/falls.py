@@ -11,10 +11,10 @@ import msgspec
 import numpy as np
 
 from bridge.body import load_body
+from bridge.body.fall import FALLEN_TILT, has_fallen
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.messages.world import Push
-from bridge.stance import FALLEN_TILT
 from emulator.engine.shapes import link_shapes, lowest_point
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
@@ -98,7 +98,7 @@ class _PushTrial:
             return
         if notice and self.noticed == math.inf:
             self.noticed, self.lean = now, tilt
-        if tilt > FALLEN_TILT:
+        if has_fallen(tilt):
             self.down = min(self.down, now)
         if self.noticed < math.inf and now - self.noticed < 2.0:
             _impacts(robot, self.heights, self.speed)

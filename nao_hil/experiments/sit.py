@@ -8,8 +8,8 @@ from typing import Final
 import msgspec
 
 from bridge.body import load_body
+from bridge.body.fall import tilt
 from bridge.guard import Guard
-from bridge.guard.status import tilt
 from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
 from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, share_of, wilson
@@ -62,7 +62,7 @@ def sit(config: RunConfig) -> Sit:
             frame, before = robot.frame, controller.state
             answer = controller.tick(frame)
             robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
-            lean, temperature = max(lean, tilt(frame)), max(temperature, *frame.temperature)
+            lean, temperature = max(lean, tilt(frame.angle)), max(temperature, *frame.temperature)
             fell = fell or guard.state == "fallen"
             if controller.state != before and controller.state == "stand":
                 if seated == math.inf:

@@ -7,12 +7,12 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
+from bridge.body.fall import has_fallen
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import FrameHash
 from bridge.recording.observer import Observer
 from bridge.rotations import planar_local, tilt
 from bridge.rotations import yaw as yaw_of
-from bridge.stance import FALLEN_TILT
 from bridge.types import Vec3
 from nao_hil.runs.walk_figures import FallWatch, HeadingMotion, StepCounter
 
@@ -248,7 +248,7 @@ class RunStatistics(Observer):
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
         self._recoveries += gets_up and self._was_lying
-        lies = message.state in ("fallen", "motion") and self._tilt > FALLEN_TILT
+        lies = message.state in ("fallen", "motion") and has_fallen(self._tilt)
         self._was_lying = lies or (self._was_lying and not gets_up)
         self._watch.telemetry(message)
         if message.step < self._step:  # another walk

@@ -15,13 +15,13 @@ from typing import Any, Final
 from bridge.adapters.lola.codec import SENSORS, MapStream
 from bridge.adapters.lola.packets import actuator_map, sensor_frame
 from bridge.body import load_body
+from bridge.body.fall import FALLEN_TILT
 from bridge.errors import LinkError
 from bridge.link import ControllerLink, keys
 from bridge.link.client import GuardClient, WorldClient
 from bridge.link.session import open_client, subscribe
 from bridge.messages import TruthFrame, decode
 from bridge.messages.world import Reset
-from bridge.stance import FALLEN_TILT
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child, free_endpoint

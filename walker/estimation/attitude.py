@@ -81,8 +81,6 @@ class LeanParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Time constant of the integral towards the fused angle, s: a gyroscope's bias b leaves b times this."""
     mean_time_constant: Positive = 2.0
     """Of the mean that is taken for the ground's, s."""
-    latency: NotNegative = 0.04
-    """From a command to the motion that the sensors report, s."""
 
 
 class Lean:
@@ -90,10 +88,11 @@ class Lean:
 
     Args:
         parameters: of the integral.
+        latency: over which the lean is predicted, s.
     """
 
-    def __init__(self, parameters: LeanParameters) -> None:
-        self._p = parameters
+    def __init__(self, parameters: LeanParameters, latency: float) -> None:
+        self._p, self._latency = parameters, latency
         self.angle: Vec2 | None = None
         """Roll and pitch now, rad; None before the first frame."""
         self.lean_without_mean: Vec2 = (0.0, 0.0)
@@ -123,7 +122,7 @@ class Lean:
         share = min(dt / self._p.mean_time_constant, 1.0)
         self._mean = mean_roll + share * (roll - mean_roll), mean_pitch + share * (pitch - mean_pitch)
         self.lean_without_mean = (
-            roll + self._p.latency * d_roll - self._mean[0],
-            pitch + self._p.latency * d_pitch - self._mean[1],
+            roll + self._latency * d_roll - self._mean[0],
+            pitch + self._latency * d_pitch - self._mean[1],
         )
         return self.angle

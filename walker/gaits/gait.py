@@ -172,7 +172,7 @@ class GaitKind:
     make: Callable[[Any, Body], Gait[Any]]
     """Parameters and body to the gait; raises ConfigurationError where the body cannot walk it."""
     max_delay: float = 0.015
-    """Mean delay of the answers that a walk bears, s; see `walker.estimator`. Measured on emulated
+    """Mean delay of the answers that a walk bears, s; see `walker.monitor`. Measured on emulated
     robots (docs/network.md): the static gait bears two late cycles, and on an ideal robot falls with three; the
     dynamic one bears three."""
 

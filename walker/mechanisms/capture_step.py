@@ -51,10 +51,8 @@ Less than one cell reads at most, 25 N (range of the data sheet): a robot may be
 
 
 class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the capture point's filter and prediction."""
+    """Parameters of the capture point's filter, and of the trigger."""
 
-    latency: NotNegative = 0.04
-    """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
     smoothing: Positive = 0.03
     """As in `MassOverSoles`, s."""
     min_time_after_step: NotNegative = 0.1
@@ -66,12 +64,13 @@ class CaptureEstimator:
     """Follows the centre of mass over the soles, and reports that toes or heels do not hold it.
 
     Args:
-        parameters: of filter and prediction.
+        parameters: of the filter.
         base: kinematics of the body.
+        latency: of the prediction, s.
     """
 
-    def __init__(self, parameters: CaptureParameters, base: FloatingBase) -> None:
-        self._p = parameters
+    def __init__(self, parameters: CaptureParameters, base: FloatingBase, latency: float) -> None:
+        self._p, self._latency = parameters, latency
         self._base = base
         self._mass = MassOverSoles(base, parameters.smoothing)
         x, _ = sole_hull(base.body, "L").T
@@ -124,8 +123,8 @@ class CaptureEstimator:
             self._unbalanced = landed and x != edge and load > _STANDING_LOAD * self._weight
         if not self._unbalanced:
             return None
-        x = edge + (x - edge) * math.exp(omega * self._p.latency)
-        c_x, c_y = (com + self._p.latency * rate).tolist()
+        x = edge + (x - edge) * math.exp(omega * self._latency)
+        c_x, c_y = (com + self._latency * rate).tolist()
         return CaptureStep(base.point(c_x, c_y), base.point(x, y))
 
 
@@ -221,12 +220,13 @@ class LandedFootEstimator:
     """Follows the centre of mass over the foot that landed, by encoders, lean and gyroscope.
 
     Args:
-        parameters: of filter and prediction.
+        parameters: of the filter.
         base: kinematics of the body.
+        latency: of the prediction, s.
     """
 
-    def __init__(self, parameters: CaptureParameters, base: FloatingBase) -> None:
-        self._p = parameters
+    def __init__(self, parameters: CaptureParameters, base: FloatingBase, latency: float) -> None:
+        self._p, self._latency = parameters, latency
         self._base = base
         self._mass = MassOverSoles(base, parameters.smoothing)
 
@@ -252,7 +252,7 @@ class LandedFootEstimator:
         over, rate, _ = self._mass.update(pose, (plan.capture,), lean, gyroscope, dt)
         y = float(over[1] + self._base.centres[plan.capture][1])
         xi = y + float(rate[1]) / plan.pendulum.omega
-        return LandedFoot(xi, lean[0] + self._p.latency * gyroscope[0])
+        return LandedFoot(xi, lean[0] + self._latency * gyroscope[0])
 
 
 class LandedFootParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

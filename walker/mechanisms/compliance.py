@@ -55,8 +55,6 @@ class JointComplianceParameters(msgspec.Struct, frozen=True, kw_only=True, forbi
     """Bound of the ratio."""
     ramp_time: Positive = 0.5
     """Time over which the compensation rises when a walk begins, s."""
-    latency: NotNegative = 0.04
-    """From a command to the motion that the encoder reports, s."""
 
 
 class JointCompliance:
@@ -66,12 +64,13 @@ class JointCompliance:
         parameters: compliance and its adaptation.
         body: data sheet.
         cycle: of the robot, s.
+        latency: from a command to the motion that the encoders report, s.
     """
 
     ratio: Array
     """Deflection over its model for the joints of a leg in chain order, both sides together, shape (6,)."""
 
-    def __init__(self, parameters: JointComplianceParameters, body: Body, cycle: float) -> None:
+    def __init__(self, parameters: JointComplianceParameters, body: Body, cycle: float, latency: float) -> None:
         self._p = parameters
         self._legs = {side: _Leg(body, side) for side in SIDES}
         self._com = CentreOfMass(body)
@@ -85,7 +84,7 @@ class JointCompliance:
         self._below = weights[self._rows] @ _FROM_JOINT_TO_FOOT.T
         self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in SIDES}
         self._cells = [np.array(places)[:, :2] for places in (body.fsr.L, body.fsr.R)]
-        self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(parameters.latency / cycle))
+        self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(latency / cycle))
         self.ratio = np.ones(6)
         self._cycle = cycle
         self._ramp = 0.0

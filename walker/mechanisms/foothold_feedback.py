@@ -41,8 +41,6 @@ _LARGEST_MISS: Final = 0.02
 class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the deviation's filter and prediction."""
 
-    latency: NotNegative = 0.04
-    """From a command to the motion that the encoders report, s; the deviation is predicted over it."""
     position_gain: Fraction = 0.5
     """Share of a cycle's innovation that is added to the deviation."""
     velocity_gain: Fraction = 0.12
@@ -77,6 +75,7 @@ class DeviationEstimator:
         parameters: of filter and prediction.
         base: kinematics of the body.
         cycle: of the robot, s.
+        latency: over which the deviation is predicted, s.
         deviation: estimate the capture point's deviation.
         placement: learn the shift of the landings.
     """
@@ -86,14 +85,15 @@ class DeviationEstimator:
         parameters: DeviationParameters,
         base: FloatingBase,
         cycle: float,
+        latency: float,
         *,
         deviation: bool,
         placement: bool,
     ) -> None:
-        self._p = parameters
+        self._p, self._latency = parameters, latency
         self._deviation_on, self._placement_on = deviation, placement
         self._base = base
-        self._plans: deque[Plan] = deque(maxlen=1 + round(parameters.latency / cycle))
+        self._plans: deque[Plan] = deque(maxlen=1 + round(latency / cycle))
         self._previous_plan: Plan | None = None
         self._first_step = 0
         """Number of the first step."""
@@ -159,7 +159,7 @@ class DeviationEstimator:
             mean += gain * np.clip(off, -bound, bound)
         if not self._deviation_on or steps < _FIRST_STEPS:
             return NO_FEEDBACK.deviation
-        off = math.exp(omega * p.latency) * (off[0] + off[1])
+        off = math.exp(omega * self._latency) * (off[0] + off[1])
         bound = unlearnt * _UNLEARNT
         off -= np.clip(off, -bound, bound)
         x, y = _turned(off, self._stance_yaw)

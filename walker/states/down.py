@@ -12,7 +12,7 @@ from bridge.motion import GetUp, Lying, MotionPlayer, get_up_motions
 from bridge.stance import stands
 from walker.estimation.fall import FallParameters
 from walker.estimation.ground import Corrections
-from walker.estimator import Estimate
+from walker.monitor import Estimate
 from walker.states.state import State, StateName, legs_hold
 
 _LEG_POSE: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}

@@ -8,7 +8,7 @@ from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
 from bridge.messages import SensorFrame
 from bridge.messages.walk import UpperBody
 from walker.estimation.ground import Corrections
-from walker.estimator import Estimate
+from walker.monitor import Estimate
 
 StateName = Literal["approach", "walk", "stopping", "stand", "fallen", "motion", "rest"]
 

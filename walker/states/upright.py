@@ -9,9 +9,9 @@ from bridge.body.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import SensorFrame
 from walker.estimation.contact import SupportState, SupportStateMachine
 from walker.estimation.ground import Corrections
-from walker.estimator import Estimate
 from walker.functions import quintic
 from walker.gaits.order import WalkPlanner
+from walker.monitor import Estimate
 from walker.stabilizer import Stabilizer
 from walker.states.state import State, StateName
 

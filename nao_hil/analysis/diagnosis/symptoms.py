@@ -11,9 +11,9 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from bridge.body.fall import has_fallen
 from bridge.body.joints import JOINTS
 from bridge.messages.frames import ORDER
-from bridge.stance import FALLEN_TILT
 from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, Stand
 from nao_hil.runs.track import LEG_COLUMNS
@@ -104,7 +104,7 @@ def fallen(balance: Balance, lean: float) -> bool:
     if balance.cycle.truth is not None:
         return balance.cycle.truth.fell
     walk = balance.cycle.walk
-    return lean > FALLEN_TILT or (walk is not None and walk.state == "fallen")
+    return has_fallen(lean) or (walk is not None and walk.state == "fallen")
 
 
 MEANING: Final[dict[Kind, str]] = {

@@ -12,7 +12,8 @@ from tests.frames import standing_frame
 from walker.estimation.attitude import Attitude, AttitudeParameters, Lean, LeanParameters
 
 DT = 0.001
-ALONE = LeanParameters(time_constant=1e9, latency=0.04)
+LATENCY = 0.04
+ALONE = LeanParameters(time_constant=1e9)
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.5])
@@ -23,7 +24,7 @@ def test_integral_is_the_orientation_of_a_body_that_rotates_and_turns(turn):
         angles = [turn * t, 0.15 * math.sin(4.0 * t), 0.2 * math.sin(3.0 * t)]
         return Rotation.from_euler("ZYX", angles)
 
-    lean = Lean(ALONE)
+    lean = Lean(ALONE, LATENCY)
     lean.angle = (0.0, 0.0)
     for k in range(1000):
         t = k * DT
@@ -34,14 +35,14 @@ def test_integral_is_the_orientation_of_a_body_that_rotates_and_turns(turn):
 
 
 def test_a_constant_rate_is_extrapolated_over_the_latency():
-    lean = Lean(LeanParameters(time_constant=1e9, mean_time_constant=1e9, latency=0.04))
+    lean = Lean(LeanParameters(time_constant=1e9, mean_time_constant=1e9), LATENCY)
     for _ in range(100):
         lean.update((0.5, 0.0, 0.0), (0.0, 0.0), 0.0, DT)
     assert lean.lean_without_mean == pytest.approx((0.5 * (0.04 + 99 * DT), 0.0), rel=1e-3)
 
 
 def test_a_lean_that_stays_is_the_grounds():
-    lean = Lean(LeanParameters(mean_time_constant=0.5))
+    lean = Lean(LeanParameters(mean_time_constant=0.5), LATENCY)
     for _ in range(4000):
         lean.update((0.0, 0.0, 0.0), (0.1, -0.1), 0.0, DT)
     assert lean.angle == pytest.approx((0.1, -0.1))
@@ -49,7 +50,7 @@ def test_a_lean_that_stays_is_the_grounds():
 
 
 def test_bias_of_the_gyroscope_leaves_bias_times_time_constant():
-    lean = Lean(LeanParameters(time_constant=0.5))
+    lean = Lean(LeanParameters(time_constant=0.5), LATENCY)
     for _ in range(8000):
         lean.update((0.02, -0.02, 0.0), (0.1, 0.0), 0.0, DT)
     assert lean.angle == pytest.approx((0.1 + 0.01, -0.01), abs=1e-4)

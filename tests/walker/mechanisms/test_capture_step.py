@@ -39,11 +39,12 @@ TOE, HEEL = (max(x for x, _ in BODY.foot.sole), min(x for x, _ in BODY.foot.sole
 STAND = standing_plan(make_gait("omni", P, BODY))
 ANGLES = PoseMaker(BODY, STAND).unlimited_angles(STAND)
 WEIGHT = 50.0
+LATENCY = 0.04
 
 
 def tips(pitch, rate, load=WEIGHT):
     """What a robot that is turned as a whole by `pitch` (rad) and turns at `rate` (rad/s) is taken for."""
-    estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY))
+    estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY)
     return estimator.update(ANGLES, (0.0, pitch), (0.0, rate, 0.0), load, STAND, 0.01)
 
 
@@ -63,10 +64,9 @@ def test_a_stand_is_lost_when_the_capture_point_of_the_rigid_body_leaves_the_sol
     assert tips(pitch, rate + step, load=25.0) is not None  # one cell bears all, and reads what it can (V6)
     found = tips(pitch, rate + step)
     assert found is not None
-    latency = CaptureParameters().latency
-    beyond = step * lever / OMEGA * math.exp(OMEGA * latency)
+    beyond = step * lever / OMEGA * math.exp(OMEGA * LATENCY)
     assert found.xi == pytest.approx((edge + beyond, 0.0), abs=1e-3)
-    assert found.com == pytest.approx((at + latency * (rate + step) * lever, 0.0), abs=1e-3)
+    assert found.com == pytest.approx((at + LATENCY * (rate + step) * lever, 0.0), abs=1e-3)
     msgspec.msgpack.encode(
         found
     )  # the plan that follows goes out as telemetry, which takes no number of NumPy's
@@ -75,7 +75,7 @@ def test_a_stand_is_lost_when_the_capture_point_of_the_rigid_body_leaves_the_sol
 @pytest.mark.parametrize("capture", [None, "R"])
 def test_no_capture_step_follows_a_step_of_the_walk_before_its_foot_has_come_to_rest(capture):
     """After a capture step another one may follow at once."""
-    estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY))
+    estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY)
     swing = replace(STAND, phase="SSL", support="L", capture=capture)
     landed = replace(STAND, phase="stop", capture=capture)
     found = [
@@ -332,18 +332,18 @@ def test_the_capture_point_of_a_rigid_robot_on_one_sole(roll, rate):
     middle = FloatingBase(BODY).centres["L"][1]
     r_y = y - STAND.left.y - middle
     r_z = z + STAND.hip_height + BODY.lengths.HipOffsetZ
-    found = LandedFootEstimator(CaptureParameters(), FloatingBase(BODY)).update(
+    found = LandedFootEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY).update(
         angles, (roll, 0.0), (rate, 0.0, 0.0), replace(STAND, phase="stop", support="both", capture="L"), DT
     )
     at = r_y * math.cos(roll) - r_z * math.sin(roll) + middle
     speed = -rate * (r_z * math.cos(roll) + r_y * math.sin(roll))
     assert found is not None and STAND.pendulum is not None
     assert found.xi == pytest.approx(at + speed / STAND.pendulum.omega, abs=5e-4)
-    assert found.roll == pytest.approx(roll + CaptureParameters().latency * rate)
+    assert found.roll == pytest.approx(roll + LATENCY * rate)
 
 
 def test_a_robot_that_made_no_capture_step_has_no_landed_foot():
-    estimator = LandedFootEstimator(CaptureParameters(), FloatingBase(BODY))
+    estimator = LandedFootEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY)
     angles = PoseMaker(BODY, STAND).unlimited_angles(STAND)
     assert estimator.update(angles, (0.0, 0.0), STILL, STAND, DT) is None
 

@@ -27,7 +27,7 @@ def body(request: pytest.FixtureRequest) -> Body:
 
 
 def compensation(body: Body, **changes: float) -> JointCompliance:
-    return JointCompliance(JointComplianceParameters(ramp_time=CYCLE, **changes), body, CYCLE)  # type: ignore[arg-type]
+    return JointCompliance(JointComplianceParameters(ramp_time=CYCLE, **changes), body, CYCLE, 0.04)  # type: ignore[arg-type]
 
 
 def balanced(body: Body, com: CentreOfMass) -> list[float]:

@@ -32,7 +32,7 @@ def follow(velocity, ahead=None, cycles=960, parameters=SHIPPED):
     names = dict(zip(("v_x", "v_y", "v_yaw"), velocity, strict=True))
     gait = make_gait("omni", gait_parameters("omni", names), BODY)
     pose = PoseMaker(BODY, standing_plan(gait))
-    estimator = DeviationEstimator(parameters, FloatingBase(BODY), DT, deviation=True, placement=True)
+    estimator = DeviationEstimator(parameters, FloatingBase(BODY), DT, 0.04, deviation=True, placement=True)
     plans, found = [], []
     for k, (plan, _) in enumerate(itertools.islice(dry_walk(gait, DT), cycles)):
         plans.append(plan)

@@ -17,12 +17,12 @@ from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
 from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers
 from bridge.adapters.signs import KILOGRAM, motor_status
+from bridge.body.fall import has_fallen, tilt
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import absent_joints
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from bridge.messages.dcm import PREFIX
-from bridge.stance import FALLEN_TILT
 
 CONTACT_FORCE: Final = 5.0
 """Force on a sole (or on both together) from which it touches the ground, N (assumed)."""
@@ -99,7 +99,7 @@ class RobotEvents:
             events.declare(event, "ALTouch", 0.0)
         events.declare("TouchChanged", "ALTouch", [])
         self._watched = [
-            _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN_TILT), quiet=0.0),
+            _Watched("robotHasFallen", lambda f: float(has_fallen(tilt(f.angle))), quiet=0.0),
             _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT_FORCE),
             _Watched("robotIsWakeUp", lambda _: postures.awake),
             _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SLOW_CYCLES),

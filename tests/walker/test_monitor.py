@@ -9,8 +9,8 @@ import pytest
 
 from bridge.messages import SensorFrame
 from tests.frames import standing_frame
-from walker.estimator import DELAY_TIME_CONSTANT, DelayEstimator
 from walker.gaits.catalogue import gait_kind
+from walker.monitor import DELAY_TIME_CONSTANT, DelayEstimator
 
 CYCLE = 0.01
 ZEROS = (0.0,) * 25
