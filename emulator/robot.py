@@ -17,7 +17,7 @@ from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
 from bridge.types import Closing, Quaternion
 from emulator.engine.catalogue import AUTO, open_engine
-from emulator.engine.values import SETTINGS, PhysicsSettings
+from emulator.engine.settings import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
 from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
@@ -80,13 +80,14 @@ class EmulatedRobot(Closing):
         self._settle = round(settle / body.cycle)
         self._orientation, self._lift, self._held = orientation, lift, held
         self._steps = settings.steps(body)
-        self.engine = open_engine(engine, settings)
-        """The physics; its robot and its scene are new ones after a reset."""
+        self._settings, self._engine = settings, engine
         self._build()
 
     def _build(self) -> None:
         """State that a reset replaces."""
-        body, engine, wear = self.body, self.engine, self._wear
+        body, wear = self.body, self._wear
+        self.engine = engine = open_engine(self._engine, self._settings)
+        """The physics; a new one after a reset."""
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
         # children draw from streams of their own: a scenario does not change the noise of the sensors
@@ -96,20 +97,22 @@ class EmulatedRobot(Closing):
         request = np.array([self.posture[INDEX_WITH_MIRROR[name]] for name in joints])
         self.servo = Servo(body, joints, wear.servo, request, engine.settings.step)
         """The drives of all joints."""
-        engine.add_robot(body, self.servo.rotor_inertia, held=self._held)
+        self.multibody = engine.add_robot(body, self.servo.drives, held=self._held)
+        """The robot in the physics."""
         start = self._scenario.start
         at = (start.x, start.y, math.radians(start.yaw))
         if self._start is None:
             self._place(at)
         else:
-            place_lying(self.world, body, self._start, at)
+            place_lying(self.world, self.multibody, self._start, at)
         self._require_room()
-        placed_upright = upright(engine.robot.torso())
+        self._torso = self.multibody.state()
+        placed_upright = upright(self._torso)
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames pass through it too."""
-        self._torso = engine.robot.torso()
-        self.sensors = Sensors(body, wear.sensors, self.random, engine, charger=self._scenario.charger)
+        charger = self._scenario.charger
+        self.sensors = Sensors(body, wear.sensors, self.random, engine, self.multibody, charger=charger)
         """All sensors; `sensors.touch` presses buttons."""
         self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
         self.absent = self._sampler.absent
@@ -117,13 +120,12 @@ class EmulatedRobot(Closing):
         self._let_settle()
         self.fell_over = placed_upright and not upright(self._torso)
         """Whether it was placed upright and fell before its first cycle."""
-        self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
-        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._notify)
+        self.world_events = EventExecutor(self.world, self.multibody, timeline(self._scenario), self._notify)
         """Carries out the events in the world."""
         rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
-        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._notify)
+        self.faults = Faults(self.multibody, self.servo, rezero, planned, chance, self._notify)
         """Faults in force and planned."""
         self._command = -1
         self._missed = 0
@@ -134,7 +136,7 @@ class EmulatedRobot(Closing):
 
     def _place(self, at: tuple[float, float, float]) -> None:
         """Put the robot into its start posture at x, y (m) and yaw (rad) of the floor."""
-        place(self.world, self.body, self.posture, self._orientation, self._lift, at)
+        place(self.world, self.multibody, self.posture, self._orientation, self._lift, at)
 
     def _require_room(self) -> None:
         """Raises ConfigurationError where a box overlaps the robot."""
@@ -157,27 +159,20 @@ class EmulatedRobot(Closing):
     def _release(self, pose: StartPose) -> None:
         """Hold a pose with the stiffness in which it rests."""
         stiffness = (pose.rest,) * N_JOINTS
-        self.servo.start(self.engine.robot.position)
+        self.servo.start(self.multibody.position)
         self.servo.latch(pose.angles, stiffness)
         self.dcm.put_frame(pose.angles, stiffness)
 
     def _step_physics(self, before_step: Callable[[], None] | None) -> None:
         """Drives and physics over one cycle; the world may act before every physics step."""
-        engine, servo = self.engine, self.servo
-        engine.begin_cycle()
-        if before_step is None:
-            engine.run(servo.drives, self._steps, servo.advance(self._steps))
-        else:
-            for _ in range(self._steps):
-                before_step()
-                engine.run(servo.drives, 1, servo.advance(1))
+        self.servo.advance(self._steps)
+        self.engine.run(self._steps, before_step)
 
     def _measure(self) -> None:
-        """Update drives, sensors and contacts by the cycle that ends now."""
+        """Update drives and sensors by the cycle that ends now."""
         self.servo.end_cycle()
-        self._torso = self.engine.robot.torso()
+        self._torso = self.multibody.state()
         self.sensors.update(self._torso, self.servo.drawn())
-        self._contacts = self.engine.contacts()
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
         """Latch the command, run one cycle, sample.
@@ -289,8 +284,8 @@ class EmulatedRobot(Closing):
 
     def _sample(self) -> SensorFrame:
         frame = self._sampler.sample(
-            self.engine.robot.position,
-            self._contacts,
+            self.multibody.position,
+            self.multibody.contacts,
             seq=self._seq,
             time=self.time,
             command=self._command,
@@ -301,11 +296,9 @@ class EmulatedRobot(Closing):
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
         height = self.world.clearance(self._torso.position) / standing_height(self.body)
-        joints = self._sampler.angles(self.engine.robot.position)
-        com = self.engine.robot.com()
-        return truth_frame(
-            self._seq, self.time, self._torso, self._contacts, joints, com, height, self.dcm.leds
-        )
+        joints, com = self._sampler.angles(self.multibody.position), self.multibody.com()
+        contacts = self.multibody.contacts
+        return truth_frame(self._seq, self.time, self._torso, contacts, joints, com, height, self.dcm.leds)
 
     def stand_up(self) -> tuple[str, ...]:
         """Put a lying robot on its feet where it is, held in its start posture with full stiffness.
@@ -314,11 +307,10 @@ class EmulatedRobot(Closing):
             Names of the movable boxes in its place; they are removed.
         """
         x, y, _ = self.world.to_floor(self._torso.position)
-        self.engine.robot.hold_torso(False)
         self._place((x, y, self._torso.heading))
-        self.servo.start(self.engine.robot.position)
+        self.servo.start(self.multibody.position)
         self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
-        self._torso = self.engine.robot.torso()
+        self._torso = self.multibody.state()
         self.sensors.inertial.start(self._torso)
         return self.world.clear_robot()
 
@@ -338,15 +330,15 @@ class EmulatedRobot(Closing):
         if found is None:
             return self.stand_up()
         x, y, _ = self.world.to_floor(self._torso.position)
-        place_lying(self.world, self.body, found, (x, y, self._torso.heading))
+        place_lying(self.world, self.multibody, found, (x, y, self._torso.heading))
         self._release(found)
-        self._torso = self.engine.robot.torso()
+        self._torso = self.multibody.state()
         self.sensors.inertial.start(self._torso)
         return self.world.clear_robot()
 
     def reset(self) -> None:
         """Restart: same posture, same seed, `seq` 0."""
-        self.engine.reset()
+        self.engine.close()
         self._build()
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from bridge.body import TORSO, Body
+from bridge.body import TORSO
 from bridge.errors import FrameError
 from bridge.messages.world import (
     PlaceBox,
@@ -23,6 +23,7 @@ from bridge.messages.world import (
 from bridge.messages.world_state import WorldObject
 from bridge.rotations import planar_point
 from bridge.types import Side, Vec2, Vec3
+from emulator.engine.base import Multibody
 from emulator.engine.shapes import FOOT_LINKS, sole_points
 from emulator.poses import Pose, matrix
 from emulator.vectors import add, rotate
@@ -42,12 +43,13 @@ class WaitingPlates:
 
     Args:
         world: In which they are put.
-        body: Data sheet of the robot.
+        robot: Under whose feet.
         notify: Called with one sentence and a short code when a plate is put.
     """
 
-    def __init__(self, world: World, body: Body, notify: Callable[[str, str], None]) -> None:
-        self._world, self._notify = world, notify
+    def __init__(self, world: World, robot: Multibody, notify: Callable[[str, str], None]) -> None:
+        self._world, self._robot, self._notify = world, robot, notify
+        body = robot.body
         self._waiting: list[PlateUnderFoot] = []
         self._soles: dict[Side, list[Vec3]] = {
             "L": sole_points(body, "L").tolist(),
@@ -69,7 +71,7 @@ class WaitingPlates:
     def _put_plate(self, plate: PlateUnderFoot) -> bool:
         """Put a waiting plate under its foot if that is high enough; True when done."""
         for side in _SIDES[plate.foot]:
-            foot = self._world.engine.robot.link_pose(FOOT_LINKS[side])
+            foot = self._robot.state(FOOT_LINKS[side]).pose
             lowest = min(self._world.clearance(_point(foot, corner)) for corner in self._soles[side])
             if lowest >= plate.size[2] + PLATE_GAP:
                 self._place(plate, side, foot)
@@ -104,8 +106,8 @@ class EventExecutor:
     """Carries out the events in the world of one robot.
 
     Args:
-        world: The world, with the robot in its engine.
-        body: Data sheet of the robot.
+        world: The world.
+        robot: The robot in its engine.
         timeline: Robot time in s and command of each event.
         notify: Called with one sentence and a short code for each event.
     """
@@ -113,15 +115,15 @@ class EventExecutor:
     def __init__(
         self,
         world: World,
-        body: Body,
+        robot: Multibody,
         timeline: Sequence[tuple[float, WorldEvent]],
         notify: Callable[[str, str], None],
     ) -> None:
-        self._world, self._engine, self._notify = world, world.engine, notify
+        self._world, self._robot, self._notify = world, robot, notify
+        self._engine = world.engine
         self._timeline = sorted(timeline, key=lambda event: event[0], reverse=True)
         self._actions: list[Action] = []
-        self._pendulums = 0
-        self._plates = WaitingPlates(world, body, notify)
+        self._plates = WaitingPlates(world, robot, notify)
         self._dt = world.engine.settings.step
 
     def begin_cycle(self, time: float) -> Callable[[], None] | None:
@@ -181,8 +183,8 @@ class EventExecutor:
     def objects(self) -> tuple[WorldObject, ...]:
         """All boxes by name at their present poses."""
         found = []
-        for name, box in self._world.boxes.items():
-            position, turn = self._engine.scene.pose(name)
+        for name, (box, thing) in self._world.boxes.items():
+            position, turn = thing.state().pose
             found.append(
                 WorldObject(name=name, size=box.size, position=position, orientation=turn, mass=box.mass)
             )
@@ -190,7 +192,7 @@ class EventExecutor:
 
     def _heading(self) -> tuple[Vec3, float]:
         """Torso's origin, and its heading in the world, rad."""
-        torso = self._engine.robot.torso()
+        torso = self._robot.state()
         return torso.position, torso.heading
 
     def _push(self, command: Push) -> str:
@@ -199,8 +201,8 @@ class EventExecutor:
         _, heading = self._heading()
         x, y, z = (part / (steps * self._dt) for part in command.impulse)
         force = (*planar_point((0.0, 0.0, heading), (x, y)), z)
-        robot = self._engine.robot
-        movable = [name for name, box in boxes.items() if box.mass > 0.0]
+        robot = self._robot
+        movable = [name for name, (box, _) in boxes.items() if box.mass > 0.0]
         if target in (TORSO, *robot.joints):
             self._actions.append(LinkPush(robot, target, force, steps))
         elif target in movable:
@@ -281,7 +283,7 @@ class EventExecutor:
 
     def _pendulum(self, command: SwingPendulum) -> str:
         position, heading = self._heading()
-        com = self._engine.robot.link_com(TORSO)
+        com = self._robot.link_com(TORSO)
         height = com[2]
         if command.height is not None:
             height = position[2] - self._world.clearance(position) + command.height
@@ -289,13 +291,11 @@ class EventExecutor:
         x, y = math.cos(way), math.sin(way)
         # the torso's surface on the bob's side
         (hit,) = self._engine.rays([(com[0] - x, com[1] - y, height)], [(com[0], com[1], height)])
-        if hit.kind != "robot":
+        if hit.robot is not self._robot:
             raise FrameError(f"A pendulum would miss the robot {height:.3g} m over the floor's origin.")
         bob = (hit.point[0] - BOB_RADIUS * x, hit.point[1] - BOB_RADIUS * y, height)
-        self._pendulums += 1
-        name = f"pendulum {self._pendulums}"
         self._actions.append(
-            PendulumStrike(self._engine, name, bob, way, command.mass, command.length, command.angle)
+            PendulumStrike(self._engine, bob, way, command.mass, command.length, command.angle)
         )
         gravity = self._engine.settings.gravity
         speed = math.sqrt(2.0 * gravity * command.length * (1.0 - math.cos(command.angle)))

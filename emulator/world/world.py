@@ -24,8 +24,8 @@ from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
 from bridge.messages.world_state import Terrain, WorldThing
 from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
-from emulator.engine.base import Engine
-from emulator.engine.values import Surface
+from emulator.engine.base import Engine, Thing
+from emulator.engine.values import BodyState, Box, Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
 from emulator.vectors import cross, rotate, scaled
 
@@ -39,24 +39,20 @@ SURFACES: Final = {
 """By the name that a scenario uses."""
 _RAY_HEIGHT: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
-_OVERLAP_DISTANCE: Final = -1e-4
-"""Distance from which a box counts as standing inside the robot, m."""
+_OVERLAP: Final = 1e-4
+"""Depth from which a box counts as standing inside a robot, m."""
 
 
-@dataclass(frozen=True)
-class WorldBox:
+class WorldBox(NamedTuple):
     """A box in the world."""
 
-    size: Vec3
-    """m"""
-    mass: float
-    """kg; 0: fixed on the floor."""
-    friction: float | None
-    """Against the soles; None: as the floor."""
+    box: Box
+    thing: Thing
+    """The box in the engine."""
 
 
 @dataclass(frozen=True)
-class Thing:
+class VisibleThing:
     """A thing that can be seen, not touched."""
 
     kind: ThingKind
@@ -66,14 +62,6 @@ class Thing:
     """Of its middle, floor frame, m."""
     yaw: float
     """Heading of its front, floor frame, rad."""
-
-
-class BoxState(NamedTuple):
-    """A box with its pose and its velocities, world frame."""
-
-    box: WorldBox
-    pose: Pose
-    velocity: tuple[Vec3, Vec3]
 
 
 class World:
@@ -92,7 +80,7 @@ class World:
         self.engine = engine
         self.boxes: dict[str, WorldBox] = {}
         """By name."""
-        self.things: dict[str, Thing] = {}
+        self.things: dict[str, VisibleThing] = {}
         """By name."""
         self.terrain = Terrain()
         """Tiles and heightfield."""
@@ -109,12 +97,12 @@ class World:
     @property
     def uneven(self) -> bool:
         """Whether any box is fixed on the floor."""
-        return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
+        return self.terrain != Terrain() or any(box.mass <= 0.0 for box, _ in self.boxes.values())
 
     def set_surface(self, surface: Surface) -> None:
         """Change the surface of the floor and of everything fixed on it; boxes keep a friction of their own."""
         self.surface = surface
-        self.engine.scene.set_surface(surface)
+        self.engine.surround(self.engine.surroundings._replace(surface=surface))
 
     def set_tilt(self, roll: float, pitch: float, pivot: Vec3, rate: Vec2 = (0.0, 0.0)) -> None:
         """Turn the floor and all that is fixed on it.
@@ -135,7 +123,8 @@ class World:
         # of Ry(pitch) Rx(roll): the roll's axis turns with the pitch
         c, s = math.cos(pitch), math.sin(pitch)
         spin = (c * rate[0], rate[1], -s * rate[0])
-        self.engine.scene.place_floor(self.pose, cross(spin, scaled(arm, -1.0)), spin)
+        velocity = cross(spin, scaled(arm, -1.0))
+        self.engine.surround(self.engine.surroundings._replace(floor=self.pose, velocity=velocity, spin=spin))
 
     def to_world(self, position: Vec3) -> Vec3:
         """A point of the floor frame in the world."""
@@ -194,38 +183,38 @@ class World:
         if height is None:
             height = max(self.ground(_footprint(size, at, yaw)))
         pose = Pose((at[0], at[1], height + size[2] / 2.0), quaternion(yaw=yaw))
-        self.engine.scene.add_box(name, size, pose, mass=mass, friction=friction)
-        self.boxes[name] = WorldBox(size, mass, friction)
+        box = Box(size, mass, friction)
+        self.boxes[name] = WorldBox(box, self.engine.add(box, pose))
         if beside_robot and self.in_robot(name):
             self.remove_box(name)
             if before is not None:
-                self._put_back(name, before)
+                self._put_back(name, *before)
             raise FrameError(f"Box `{name}` would stand inside the robot; give it another place.")
 
     def in_robot(self, name: str) -> bool:
-        """Whether a box overlaps the robot."""
-        return self.engine.robot.distance(name) < _OVERLAP_DISTANCE
+        """Whether a box overlaps a robot."""
+        thing = self.boxes[name].thing
+        return any(self.engine.overlap(robot, thing) > _OVERLAP for robot in self.engine.robots)
 
     def clear_robot(self) -> tuple[str, ...]:
         """Remove the movable boxes that overlap the robot after it is placed; their names."""
-        within = tuple(name for name, box in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
+        within = tuple(name for name, (box, _) in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
         for name in within:
             self.remove_box(name)
         return within
 
-    def _box_state(self, name: str) -> BoxState | None:
-        """State of a box that `_put_back` takes; None when there is no such box."""
-        box, scene = self.boxes.get(name), self.engine.scene
-        return None if box is None else BoxState(box, scene.pose(name), scene.velocity(name))
+    def _box_state(self, name: str) -> tuple[Box, BodyState] | None:
+        """Box and state that `_put_back` takes; None when there is no such box."""
+        found = self.boxes.get(name)
+        return None if found is None else (found.box, found.thing.state())
 
-    def _put_back(self, name: str, state: BoxState) -> None:
+    def _put_back(self, name: str, box: Box, state: BodyState) -> None:
         """Restore a box that was replaced."""
-        box = state.box
         (x, y, z), turn = self.in_floor(state.pose)
         height = z - 0.5 * box.size[2]
         self.add_box(name, box.size, (x, y), yaw_of(turn), height=height, mass=box.mass, friction=box.friction)
         if box.mass > 0.0:
-            self.engine.scene.move(name, state.pose, state.velocity)
+            self.boxes[name].thing.place(state.pose, state.velocity, state.angular_velocity)
 
     def place_thing(
         self, name: str, kind: ThingKind, at: Vec2, yaw: float, height: float | None, size: float | None
@@ -234,7 +223,7 @@ class World:
         wide = THING_SIZES[kind] if size is None else size
         if height is None:
             height = 0.5 * wide if kind == "ball" else THING_HEIGHT
-        self.things[name] = Thing(kind, wide, (*at, height), yaw)
+        self.things[name] = VisibleThing(kind, wide, (*at, height), yaw)
 
     def visible_things(self) -> tuple[WorldThing, ...]:
         """All things to be seen, in the world frame."""
@@ -252,10 +241,10 @@ class World:
 
     def remove_box(self, name: str) -> bool:
         """Take a box away; False when there is none."""
-        if self.boxes.pop(name, None) is None:
-            return False
-        self.engine.scene.remove(name)
-        return True
+        found = self.boxes.pop(name, None)
+        if found is not None:
+            self.engine.remove(found.thing)
+        return found is not None
 
 
 def _footprint(size: Vec3, at: Vec2, yaw: float) -> list[Vec2]:

@@ -102,7 +102,7 @@ def check_robot(settings: RunConfig) -> Body:
             a robot that falls before its first cycle, or a cycle that the physics cannot fill.
     """
     # imported here: as in `build_robot`
-    from emulator.engine.values import SETTINGS
+    from emulator.engine.settings import SETTINGS
     from emulator.scenarios import load_scenario
     from emulator.wear import load_wear
 

@@ -76,7 +76,7 @@ def test_a_pose_points_where_its_name_says_and_rests(body: str, engine: str, nam
         for _ in range(100):
             robot.advance(None)
         truth = robot.truth()
-        sky = np.array(robot.engine.robot.torso().rotation)[6:9]
+        sky = np.array(robot.multibody.state().rotation)[6:9]
     # who leans on hands that are behind the back is between upright and lying
     most = 45.0 if name == "sit" else 25.0
     assert math.acos(min(1.0, float(sky @ UP[name]))) < math.radians(most)

@@ -1,6 +1,7 @@
 """The world against closed forms: statics on slopes, Coulomb's law, impulse and momentum, a pendulum."""
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,7 +24,7 @@ from bridge.messages.world import (
 )
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
-from emulator.engine.values import PhysicsSettings
+from emulator.engine.settings import PhysicsSettings
 from emulator.poses import yaw_of
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
@@ -54,13 +55,13 @@ def pybullet_engine():
     engine.close()
 
 
-def bob_place(engine: Engine, name: str) -> np.ndarray:
+def bob_place(engine: Engine, pendulum: Any) -> np.ndarray:
     """Middle of a pendulum's bob, asked of the engine itself."""
     if hasattr(engine, "simulation"):
-        return np.array(engine.simulation.now.body(name).xipos)
+        return np.array(engine.simulation.now.body(pendulum.name).xipos)
     from emulator.engine.pybullet.client import bullet
 
-    state = bullet.getLinkState(engine.scene.bodies[name], 0, physicsClientId=engine.client)
+    state = bullet.getLinkState(pendulum.number, 0, physicsClientId=engine.client)
     return np.array(state[0])
 
 
@@ -177,11 +178,11 @@ def test_a_movable_box_slides_as_coulomb_says(physics: str) -> None:
 def test_a_pendulum_reaches_the_speed_of_its_height(engine: Engine) -> None:
     """v = sqrt(2 g l (1 - cos a)) at the lowest point, corrected for the bob's own moment of inertia."""
     length, angle, mass = 0.8, math.radians(40.0), 2.0
-    pendulum = PendulumStrike(engine, "bob", (0.0, 0.0, 1.0), 0.3, mass, length, angle)
-    places = [bob_place(engine, pendulum.name)]
+    pendulum = PendulumStrike(engine, (0.0, 0.0, 1.0), 0.3, mass, length, angle)
+    places = [bob_place(engine, pendulum.thing)]
     for _ in range(2000):
-        engine.bare_step()
-        places.append(bob_place(engine, pendulum.name))
+        engine.run(1)
+        places.append(bob_place(engine, pendulum.thing))
         if not pendulum.step():
             break
     steps = np.diff(places, axis=0) / engine.settings.step
@@ -231,7 +232,7 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> Non
         )
         robot.advance(None)
         (plate,) = robot.world_events.objects()
-        foot = robot.engine.robot.link_pose("RAnkleRoll").position
+        foot = robot.multibody.state("RAnkleRoll").position
         x, y = BODY.foot.centre[0] + 0.02, -BODY.foot.centre[1] + 0.01
         np.testing.assert_allclose(plate.position, (foot[0] + x, foot[1] + y, 0.005), atol=2e-3)
         assert yaw_of(plate.orientation) == pytest.approx(-0.5, abs=0.02)
@@ -414,10 +415,10 @@ def test_a_tilting_floor_moves_with_the_velocity_that_its_places_tell(pybullet_e
     world = World(engine)
     world.add_box("far", (0.1, 0.1, 0.02), (0.6, 0.2))
     world.set_tilt(0.05, -0.1, (0.1, 0.0, 0.0), (0.3, -0.5))
-    velocity, spin = engine.scene.velocity("far")
+    state = world.boxes["far"].thing.state()
     places = []
     for time in (-0.01, 0.01):
         world.set_tilt(0.05 + 0.3 * time, -0.1 - 0.5 * time, (0.1, 0.0, 0.0))
-        places.append(np.array(engine.scene.pose("far").position))
-    np.testing.assert_allclose(velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
-    assert np.linalg.norm(spin) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)
+        places.append(np.array(world.boxes["far"].thing.state().position))
+    np.testing.assert_allclose(state.velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
+    assert np.linalg.norm(state.angular_velocity) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)

@@ -156,17 +156,18 @@ def point_name(link: str, number: int) -> str:
     return f"{link} bed {number}"
 
 
-def soften_soles(model: Any, body: Body, surface: Surface) -> None:
+def soften_soles(model: Any, body: Body, surface: Surface, prefix: str) -> None:
     """Give both soles the springs of a surface.
 
     Args:
         model: MuJoCo's, with a robot.
         body: Data sheet of the robot.
         surface: Under it.
+        prefix: Of the names of its parts.
     """
     whole = surface.stiffness_per_area * sole_area(body)
-    for side, link in FOOT_LINKS.items():
-        bed = sole_bed(body, side)
+    for side, name in FOOT_LINKS.items():
+        bed, link = sole_bed(body, side), prefix + name
         for number, share in enumerate(bed.shares.tolist()):
             _set_spring(model, point_name(link, number), share * whole, surface.relaxation)
         _set_spring(model, link, whole / _PRISM_POINTS, surface.relaxation)
@@ -211,7 +212,7 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
     }
 
 
-def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float) -> None:
+def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float, prefix: str) -> None:
     """Give a link of the robot its shape.
 
     Args:
@@ -220,18 +221,19 @@ def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float) -
         name: Of the link.
         shape: In the link's frame.
         step: Physics step, s.
+        prefix: Of the names of the robot's parts.
     """
     options = {"group": ROBOT_GROUP, "rgba": shape.colour, "mass": 0.0}
+    sole, name = name in FOOT_LINKS.values(), prefix + name
     if not isinstance(shape, PrismShape):
         link.add_geom(name=name, **_primitive(shape), **options, **contact_options("shell", step))
         return
-    sole = name in FOOT_LINKS.values()
     spec.add_mesh(name=name, uservert=shape.vertices.ravel().tolist())
     kind = contact_options("sole" if sole else "shell", step)
     link.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **options, **kind)
 
 
-def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
+def add_sole_points(body: Body, side: Side, link: Any, step: float, prefix: str) -> None:
     """Give a foot its contact points with the floor: those of its bed, and its upper side's.
 
     Args:
@@ -239,12 +241,13 @@ def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
         side: Of the foot.
         link: Its body in the model.
         step: Physics step, s.
+        prefix: Of the names of the robot's parts.
     """
     bed, top = sole_bed(body, side).points, sole_points(body, side)
     top[:, 2] += SOLE_FRACTION * body.lengths.FootHeight
     for number, (x, y, z) in enumerate((*bed.tolist(), *fewer(top, TOP_POINTS).tolist())):
         geom = link.add_geom(
-            name=point_name(FOOT_LINKS[side], number),
+            name=point_name(prefix + FOOT_LINKS[side], number),
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
             size=(POINT_RADIUS, 0.0, 0.0),
             pos=(x, y, z + POINT_RADIUS),
@@ -257,21 +260,22 @@ def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
             geom.condim = 4
 
 
-def add_limb_pairs(spec: Any, body: Body, step: float) -> None:
+def add_limb_pairs(spec: Any, body: Body, step: float, prefix: str) -> None:
     """Pairs of links that can touch each other; MuJoCo tries no others of the robot.
 
     Args:
         spec: With the links' shapes.
         body: Data sheet.
         step: Physics step, s.
+        prefix: Of the names of the robot's parts.
     """
     soles, shell_friction = FOOT_LINKS.values(), body.shapes.shell_friction
     shell = {name: 1.0 if name in soles else shell_friction for name in link_shapes(body)}
     for first, second in sorted(collision_pairs(body)):
         friction = shell[first] * shell[second]
         spec.add_pair(
-            geomname1=first,
-            geomname2=second,
+            geomname1=prefix + first,
+            geomname2=prefix + second,
             condim=3,
             friction=(friction, friction, 0.0, 0.0, 0.0),
             solref=(TIME_CONSTANT_STEPS * step, 1.0),

@@ -24,8 +24,8 @@ from emulator.engine.mujoco.shapes import (
     add_link_shape,
     add_sole_points,
 )
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS, collision_pairs, link_shapes
-from emulator.engine.values import PhysicsSettings
 
 _NO_MIDPHASE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
 _MAX_FLAT_GEOMS: Final = 32
@@ -151,11 +151,6 @@ class Simulation:
         """Note a change of state from outside: poses of bodies must be computed again."""
         self._moved = True
 
-    def step(self) -> None:
-        """One time step."""
-        mujoco.mj_step(self.model, self.data)
-        self._moved = True
-
     def set_gravity(self, gravity: Vec3) -> None:
         """World frame, m/s^2."""
         self.spec.option.gravity = gravity
@@ -167,8 +162,12 @@ class Simulation:
 class MujocoModel:
     """A robot's part of the description."""
 
+    body: Body
+    """Data sheet."""
+    prefix: str
+    """Of every name."""
     joints: tuple[str, ...]
-    """Mechanical joints in the data sheet's order."""
+    """Mechanical joints in the data sheet's order, without prefix."""
     held: bool
     torso: Any
     """Description of the torso's body."""
@@ -180,25 +179,28 @@ class MujocoModel:
     """Description of the weld that can hold a free torso; None: the torso is held for good."""
 
 
-def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, held: bool) -> MujocoModel:
+def describe_robot(
+    simulation: Simulation, body: Body, rotor_inertia: Array, *, held: bool, prefix: str = ""
+) -> MujocoModel:
     """Add a robot in its zero pose, torso upright at the world's origin.
 
     Args:
-        simulation: Without a robot.
+        simulation: To which it is added.
         body: Data sheet.
         rotor_inertia: Reflected to each joint, (n,), in the tree's order, kg m^2; MuJoCo's armature.
         held: The torso is where it is put.
+        prefix: Of the names of all its parts; another one for each robot.
     """
     spec, step = simulation.spec, simulation.settings.step
-    torso = spec.worldbody.add_body(name=TORSO, mocap=held)
+    torso = spec.worldbody.add_body(name=prefix + TORSO, mocap=held)
     if not held:
-        torso.add_freejoint(name=TORSO)
+        torso.add_freejoint(name=prefix + TORSO)
     bodies, hinges = {TORSO: torso}, {}
     for (name, joint), rotor in zip(joint_tree(body).items(), rotor_inertia.tolist(), strict=True):
-        link = bodies[joint.parent].add_body(name=name, pos=joint.offset)
+        link = bodies[joint.parent].add_body(name=prefix + name, pos=joint.offset)
         sheet = body.joints[name]
         hinges[name] = link.add_joint(
-            name=name,
+            name=prefix + name,
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=joint.axis,
             armature=rotor,
@@ -214,26 +216,33 @@ def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, 
     for name, link in bodies.items():
         _set_inertia(link, body.links[name])
     for name, shape in link_shapes(body).items():
-        add_link_shape(spec, bodies[name], name, shape, step)
+        add_link_shape(spec, bodies[name], name, shape, step, prefix)
     for side, name in FOOT_LINKS.items():
-        add_sole_points(body, side, bodies[name], step)
-    add_limb_pairs(spec, body, step)
+        add_sole_points(body, side, bodies[name], step, prefix)
+    add_limb_pairs(spec, body, step, prefix)
     # one motor turns both HipYawPitch joints by the same angle
     gear = spec.add_equality(
-        name=GEAR, type=mujoco.mjtEq.mjEQ_JOINT, name1="LHipYawPitch", name2="RHipYawPitch"
+        name=prefix + GEAR,
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        name1=f"{prefix}LHipYawPitch",
+        name2=f"{prefix}RHipYawPitch",
     )
     gear.objtype = mujoco.mjtObj.mjOBJ_JOINT
     gear.data[:5] = (0.0, 1.0, 0.0, 0.0, 0.0)
     gear.solref, gear.solimp = (TIME_CONSTANT_STEPS * step, 1.0), IMPEDANCE
-    hook = None if held else _add_hook(spec, step)
+    hook = None if held else _add_hook(spec, step, prefix)
     simulation.changed()
-    return MujocoModel(tuple(hinges), held, torso, hinges, tuple(sorted(collision_pairs(body))), hook)
+    pairs = tuple(sorted(collision_pairs(body)))
+    return MujocoModel(body, prefix, tuple(hinges), held, torso, hinges, pairs, hook)
 
 
-def _add_hook(spec: Any, step: float) -> Any:
+def _add_hook(spec: Any, step: float, prefix: str) -> Any:
     """A weld that can hold a free torso to a place of the world; open at first."""
-    spec.worldbody.add_body(name=HOOK, mocap=True)
-    weld = spec.add_equality(name=HOOK, type=mujoco.mjtEq.mjEQ_WELD, name1=HOOK, name2=TORSO, active=False)
+    hook = prefix + HOOK
+    spec.worldbody.add_body(name=hook, mocap=True)
+    weld = spec.add_equality(
+        name=hook, type=mujoco.mjtEq.mjEQ_WELD, name1=hook, name2=prefix + TORSO, active=False
+    )
     weld.objtype = mujoco.mjtObj.mjOBJ_BODY
     # anchor; the torso in the hook's frame, position and quaternion; weight of the rotation
     weld.data[:11] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
