@@ -30,8 +30,7 @@ from emulator.engine.values import (
     Surroundings,
     ThingShape,
 )
-from emulator.poses import Pose, matrix
-from emulator.vectors import add, rotate
+from emulator.poses import Pose, point_of
 
 AT_REST = (0.0, 0.0, 0.0)
 
@@ -127,8 +126,7 @@ class Multibody(Thing):
 
     def link_com(self, link: str) -> Vec3:
         """Centre of mass of a link now, world frame, m."""
-        pose = self.state(link).pose
-        return add(pose.position, rotate(matrix(pose.orientation), self.body.links[link].com))
+        return point_of(self.state(link).pose, self.body.links[link].com)
 
 
 class Engine(Closing, ABC):

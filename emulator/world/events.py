@@ -25,8 +25,7 @@ from bridge.rotations import planar_point
 from bridge.types import Side, Vec2, Vec3
 from emulator.engine.base import Multibody
 from emulator.engine.shapes import FOOT_LINKS, sole_points
-from emulator.poses import Pose, matrix
-from emulator.vectors import add, rotate
+from emulator.poses import Pose, point_of
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, PendulumStrike
 from emulator.world.world import World
 
@@ -72,7 +71,7 @@ class WaitingPlates:
         """Put a waiting plate under its foot if that is high enough; True when done."""
         for side in _SIDES[plate.foot]:
             foot = self._robot.state(FOOT_LINKS[side]).pose
-            lowest = min(self._world.clearance(_point(foot, corner)) for corner in self._soles[side])
+            lowest = min(self._world.clearance(point_of(foot, corner)) for corner in self._soles[side])
             if lowest >= plate.size[2] + PLATE_GAP:
                 self._place(plate, side, foot)
                 return True
@@ -80,8 +79,8 @@ class WaitingPlates:
 
     def _place(self, plate: PlateUnderFoot, side: Side, foot: Pose) -> None:
         world = self._world
-        x, y, _ = world.to_floor(_point(foot, self._middle[side]))
-        ahead = world.to_floor(_point(foot, (1.0, 0.0, 0.0)))
+        x, y, _ = world.to_floor(point_of(foot, self._middle[side]))
+        ahead = world.to_floor(point_of(foot, (1.0, 0.0, 0.0)))
         here = world.to_floor(foot.position)
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
         at = planar_point((x, y, yaw), plate.shift)
@@ -95,11 +94,6 @@ class WaitingPlates:
             f"A plate of {1e3 * plate.size[2]:.0f} mm lies under the {_FOOT[side]} foot "
             f"at ({at[0]:.3f}, {at[1]:.3f}).",
         )
-
-
-def _point(pose: Pose, point: Vec3) -> Vec3:
-    """A point of a frame in the frame that its pose is in."""
-    return add(pose.position, rotate(matrix(pose.orientation), point))
 
 
 class EventExecutor:
