@@ -153,6 +153,7 @@ class Batch:
         # Only the physics runs in threads: elsewhere they would wait for Python's lock. And the processor has
         # each part's code at hand for all robots.
         for i in chosen:
+            robots[i].skip_stalled()
             robots[i].begin_cycle(commands[i])
         self._pool.map(lambda i: robots[i].run_physics() if i in chosen else None)
         for i in chosen:

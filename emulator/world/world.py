@@ -1,4 +1,4 @@
-"""A floor that can be tilted, and the boxes on it.
+"""A floor that can be tilted, the boxes on it, and the robots that live there.
 
 The floor is turned, not gravity: the world's z axis stays the vertical, so that accelerometer, fused angle and
 ground truth mean the same on every slope. All that is fixed on the floor turns with it.
@@ -15,16 +15,18 @@ hardly rebound.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
-from bridge.errors import FrameError
+from bridge.body import Body
+from bridge.errors import ConfigurationError, FrameError
+from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
 from bridge.messages.world_state import Terrain, WorldThing
 from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
-from emulator.engine.base import Engine, Thing
+from emulator.engine.base import Engine, Multibody, Thing
 from emulator.engine.values import BodyState, Box, Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
 from emulator.vectors import cross, rotate, scaled
@@ -64,10 +66,36 @@ class VisibleThing:
     """Heading of its front, floor frame, rad."""
 
 
-class World:
-    """Floor and boxes of an engine.
+class Inhabitant(Protocol):
+    """A robot of a world; the methods in the order in which the world calls them."""
 
-    The floor frame begins as the world's and turns with the floor.
+    name: str
+    body: Body
+    multibody: Multibody
+    settle: int
+    """Cycles in which it settles into its start pose."""
+
+    def begin_run(self) -> None:
+        """The robot has settled: its time begins."""
+
+    def begin_cycle(self, command: ActuatorFrame | None) -> None:
+        """A cycle begins: latch the command."""
+
+    def begin_physics(self) -> Callable[[], None] | None:
+        """The physics of a cycle begins; what is returned is called before each physics step."""
+
+    def measure(self) -> None:
+        """The physics of the cycle has run."""
+
+    def end_cycle(self) -> SensorFrame:
+        """The cycle has ended; the newest frame."""
+
+
+class World:
+    """Physics, clock, floor and objects, and the robots that live with them.
+
+    The floor frame begins as the world's and turns with the floor. Robots are added, and settle all together
+    before the time begins. They share one cycle.
 
     Args:
         engine: With an empty world.
@@ -80,6 +108,8 @@ class World:
         self.engine = engine
         self.boxes: dict[str, WorldBox] = {}
         """By name."""
+        self.robots: list[Inhabitant] = []
+        """In the order in which they were added."""
         self.things: dict[str, VisibleThing] = {}
         """By name."""
         self.terrain = Terrain()
@@ -93,6 +123,64 @@ class World:
         self.set_surface(surface)
         if roll or pitch:
             self.set_tilt(roll, pitch, ORIGIN.position)
+
+    def add(self, robot: Inhabitant) -> None:
+        """Let a robot live here.
+
+        Raises:
+            ConfigurationError: its cycle is not the others', or its name is taken.
+        """
+        for other in self.robots:
+            if other.body.cycle != robot.body.cycle:
+                raise ConfigurationError(
+                    f"{robot.body.name} has a cycle of {1e3 * robot.body.cycle:g} ms and {other.body.name} one "
+                    f"of {1e3 * other.body.cycle:g} ms; robots of one cycle share a world."
+                )
+            if other.name == robot.name:
+                raise ConfigurationError(f"Two robots are called `{robot.name}`; give each a name of its own.")
+        self.robots.append(robot)
+
+    def require_room(self, robot: Inhabitant) -> None:
+        """Raises ConfigurationError where a box or another robot overlaps a robot at its start."""
+        things = {f"Box `{name}` of the scenario": placed.thing for name, placed in self.boxes.items()}
+        things |= {f"Robot `{other.name}`": other.multibody for other in self.robots if other is not robot}
+        for name, thing in things.items():
+            if self.engine.overlap(robot.multibody, thing) > _OVERLAP:
+                raise ConfigurationError(
+                    f"{name} stands inside {robot.body.name} at its start; give one of them another place."
+                )
+
+    def start(self) -> None:
+        """Let the robots settle into their start poses; then the time begins."""
+        for _ in range(max(robot.settle for robot in self.robots)):
+            self.run_physics()
+            for robot in self.robots:
+                robot.measure()
+        for robot in self.robots:
+            robot.begin_run()
+
+    def run_physics(self) -> None:
+        """Run the physics of a cycle."""
+        acts = [act for robot in self.robots if (act := robot.begin_physics()) is not None]
+
+        def before_step() -> None:
+            for act in acts:
+                act()
+
+        steps = self.engine.settings.steps(self.robots[0].body)
+        self.engine.run(steps, before_step if acts else None)
+
+    def advance(self, commands: Mapping[str, ActuatorFrame]) -> None:
+        """Run one cycle of all robots.
+
+        Args:
+            commands: By the robot's name; without one, the last one stays in force.
+        """
+        for robot in self.robots:
+            robot.begin_cycle(commands.get(robot.name))
+        self.run_physics()
+        for robot in self.robots:
+            robot.end_cycle()
 
     @property
     def uneven(self) -> bool:
@@ -196,8 +284,8 @@ class World:
         thing = self.boxes[name].thing
         return any(self.engine.overlap(robot, thing) > _OVERLAP for robot in self.engine.robots)
 
-    def clear_robot(self) -> tuple[str, ...]:
-        """Remove the movable boxes that overlap the robot after it is placed; their names."""
+    def clear_robots(self) -> tuple[str, ...]:
+        """Remove the movable boxes that overlap a robot after it is placed; their names."""
         within = tuple(name for name, (box, _) in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
         for name in within:
             self.remove_box(name)

@@ -82,8 +82,8 @@ class Bench:
             orientation=quaternion(*orientation),
         )
         # the robot's own settings keep gravity: its inertial unit would not start without
-        engine = self.robot.engine
-        engine.surround(engine.surroundings._replace(gravity=(0.0, 0.0, -gravity)))
+        physics = self.robot.engine
+        physics.surround(physics.surroundings._replace(gravity=(0.0, 0.0, -gravity)))
         self._cycle = 0
         self.play(lambda _: {}, SETTLE)
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import TORSO, Body
+from bridge.errors import ConfigurationError
 from bridge.types import Array
 from emulator.compiled import compilable, compiled
 from emulator.drives import DRIVE, Drives, run_drives, take_over
@@ -23,7 +24,13 @@ from emulator.engine.mujoco.picture import Painter
 from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene, MujocoThing
 from emulator.engine.mujoco.shapes import GROUND_GROUP, OBJECT_GROUP, ROBOT_GROUP
-from emulator.engine.mujoco.simulation import Simulation, describe_robot
+from emulator.engine.mujoco.simulation import (
+    MAX_ROBOTS,
+    MujocoModel,
+    Simulation,
+    describe_robot,
+    let_robots_touch,
+)
 from emulator.engine.settings import PhysicsSettings
 from emulator.engine.values import PinholeCamera, RayHit, Surroundings, ThingShape
 from emulator.poses import Pose
@@ -194,6 +201,7 @@ class MujocoEngine(Engine):
         """MuJoCo's own description, model and data; for tests that ask MuJoCo itself."""
         self._painter = Painter()
         self._scene = MujocoScene(self.simulation)
+        self._descriptions: list[MujocoModel] = []
         self._prepare()
 
     def _prepare(self) -> None:
@@ -208,7 +216,8 @@ class MujocoEngine(Engine):
         stops: list[tuple[Any, ...]] = [
             Stops(robot.body, robot.joints, robot.drives.rotor_inertia, step).constants for robot in robots
         ]
-        self._stops = (*(_joined([each[i] for each in stops]) for i in range(3)), step)
+        lower, upper, torque_per_way = (_joined([each[i] for each in stops]) for i in range(3))
+        self._stops = (lower, upper, torque_per_way, step)
         self._version = -1
 
     def surround(self, surroundings: Surroundings) -> None:
@@ -222,9 +231,14 @@ class MujocoEngine(Engine):
 
     def add_robot(self, body: Body, drives: Drives, *, held: bool = False) -> Multibody:
         """See `Engine`."""
+        if len(self.robots) == MAX_ROBOTS:
+            raise ConfigurationError(f"A world of MuJoCo holds {MAX_ROBOTS} robots at most.")
         prefix = f"{len(self.robots) + 1}/"
         description = describe_robot(self.simulation, body, drives.rotor_inertia, held=held, prefix=prefix)
         self._scene.add_robot(description)
+        self._descriptions.append(description)
+        if len(self._descriptions) > 1:
+            let_robots_touch(self._descriptions, self.settings.step)
         robot = MujocoRobot(description, self.simulation, drives)
         self.robots.append(robot)
         self._prepare()

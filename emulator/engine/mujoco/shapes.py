@@ -62,6 +62,8 @@ IMPEDANCE: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
 """Impedance of contacts, stops and the hips' gear: how little a constraint gives way to its load."""
 GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP, HIDDEN_GROUP = range(4)
 """Geom groups, for rays and pictures; hidden ones are neither hit nor seen."""
+ROBOT_BITS: Final = range(4, 31)
+"""Bits by which MuJoCo lets one robot touch the others."""
 _POINT, _SOLE, _LINK, _OBJECT = 1, 2, 4, 8
 """Bits by which MuJoCo chooses the pairs that can touch; limbs that can are pairs of their own."""
 MASKS: Final[dict[str, tuple[int, int]]] = {
@@ -212,8 +214,8 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
     }
 
 
-def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float, prefix: str) -> None:
-    """Give a link of the robot its shape.
+def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float, prefix: str) -> Any:
+    """Give a link of the robot its shape, and return its description.
 
     Args:
         spec: Of the model.
@@ -226,11 +228,10 @@ def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float, p
     options = {"group": ROBOT_GROUP, "rgba": shape.colour, "mass": 0.0}
     sole, name = name in FOOT_LINKS.values(), prefix + name
     if not isinstance(shape, PrismShape):
-        link.add_geom(name=name, **_primitive(shape), **options, **contact_options("shell", step))
-        return
+        return link.add_geom(name=name, **_primitive(shape), **options, **contact_options("shell", step))
     spec.add_mesh(name=name, uservert=shape.vertices.ravel().tolist())
     kind = contact_options("sole" if sole else "shell", step)
-    link.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **options, **kind)
+    return link.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **options, **kind)
 
 
 def add_sole_points(body: Body, side: Side, link: Any, step: float, prefix: str) -> None:

@@ -7,7 +7,7 @@ Link frames are the zero-pose aligned joint frames of the data sheet.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -18,11 +18,14 @@ from emulator.compiled import compiled
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.native import mj_com_pos, mj_kinematics
 from emulator.engine.mujoco.shapes import (
+    HIDDEN_GROUP,
     IMPEDANCE,
+    ROBOT_BITS,
     TIME_CONSTANT_STEPS,
     add_limb_pairs,
     add_link_shape,
     add_sole_points,
+    contact_options,
 )
 from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS, collision_pairs, link_shapes
@@ -32,6 +35,9 @@ _MAX_FLAT_GEOMS: Final = 32
 """Geoms of a body up to which testing each is faster than a tree of them."""
 GEAR: Final = "hips"
 """Name of the equality that couples the two HipYawPitch joints."""
+_FIRST_ROBOT: Final = 1 << ROBOT_BITS.start
+MAX_ROBOTS: Final = len(ROBOT_BITS)
+"""Each has a bit of its own in MuJoCo's masks."""
 HOOK: Final = "hook"
 """Name of the body and of the equality that can hold the torso."""
 
@@ -173,6 +179,12 @@ class MujocoModel:
     """Description of the torso's body."""
     hinges: dict[str, Any]
     """Descriptions of the joints by name."""
+    links: dict[str, Any]
+    """Descriptions of the links' bodies by name."""
+    shapes: dict[str, Any]
+    """Descriptions of the shapes of links that have one, by name."""
+    twins: dict[str, Any]
+    """Further shapes of the soles, for other robots."""
     pairs: tuple[tuple[str, str], ...]
     """Links that can touch each other."""
     hook: Any
@@ -215,8 +227,10 @@ def describe_robot(
         bodies[name] = link
     for name, link in bodies.items():
         _set_inertia(link, body.links[name])
-    for name, shape in link_shapes(body).items():
-        add_link_shape(spec, bodies[name], name, shape, step, prefix)
+    shapes = {
+        name: add_link_shape(spec, bodies[name], name, shape, step, prefix)
+        for name, shape in link_shapes(body).items()
+    }
     for side, name in FOOT_LINKS.items():
         add_sole_points(body, side, bodies[name], step, prefix)
     add_limb_pairs(spec, body, step, prefix)
@@ -233,7 +247,30 @@ def describe_robot(
     hook = None if held else _add_hook(spec, step, prefix)
     simulation.changed()
     pairs = tuple(sorted(collision_pairs(body)))
-    return MujocoModel(body, prefix, tuple(hinges), held, torso, hinges, pairs, hook)
+    return MujocoModel(body, prefix, tuple(hinges), held, torso, hinges, bodies, shapes, {}, pairs, hook)
+
+
+def let_robots_touch(robots: Sequence[MujocoModel], step: float) -> None:
+    """Enable contact between all robots; their soles have another shape for it, hard and with friction.
+
+    The friction is that of `Body.shapes.shell_friction`: between shell and sole, between two soles too, and
+    its square between two shells.
+
+    Args:
+        robots: All of the world.
+        step: Physics step, s.
+    """
+    everyone = sum(_FIRST_ROBOT << number for number in range(len(robots)))
+    for number, robot in enumerate(robots):
+        own, shell = _FIRST_ROBOT << number, robot.body.shapes.shell_friction
+        for name in robot.shapes.keys() & FOOT_LINKS.values() - robot.twins.keys():
+            mesh, options = robot.prefix + name, contact_options("shell", step) | {"contype": 0}
+            robot.twins[name] = robot.links[name].add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, group=HIDDEN_GROUP, mass=0.0, **options
+            )
+        for name, shape in (robot.shapes | robot.twins).items():
+            shape.contype, shape.conaffinity = shape.contype | own, everyone & ~own
+            shape.friction = (shell if name in robot.twins else shell * shell, 0.0, 0.0)
 
 
 def _add_hook(spec: Any, step: float, prefix: str) -> Any:
