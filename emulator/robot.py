@@ -15,7 +15,7 @@ from bridge.dcm import Dcm
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
 from bridge.types import Closing, Quaternion, Vec3
-from emulator.engine.catalogue import AUTO, open_engine
+from emulator.engine.catalogue import AUTO
 from emulator.engine.settings import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
 from emulator.sampling import FrameSampler, Hands, truth_frame, upright
@@ -91,21 +91,18 @@ class EmulatedRobot(Closing):
         self._orientation, self._lift, self._held = orientation, lift, held
         place = scenario.start
         self._at = (place.x, place.y, math.radians(place.yaw)) if at is None else at
-        self._settings, self._engine = settings, engine
         self._alone = world is None
-        self._build(world)
+        self._build(build_world(engine, settings, scenario, seed) if world is None else world)
         if self._alone:
             self.world.start()
 
-    def _build(self, world: World | None) -> None:
+    def _build(self, world: World) -> None:
         """State that a reset replaces."""
         body, wear = self.body, self._wear
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
         # children draw from streams of their own: a scenario does not change the noise of the sensors
-        terrain, self._chance = self.random.spawn(2)
-        if world is None:
-            world = build_world(open_engine(self._engine, self._settings), self._scenario, terrain)
+        _, self._chance = self.random.spawn(2)
         self.world, self.engine = world, world.engine
         self._steps = self.engine.settings.steps(body)
         world.add(self)
@@ -152,8 +149,6 @@ class EmulatedRobot(Closing):
         """Faults in force and planned."""
         self._command = -1
         self._missed = 0
-        self._ahead = False
-        """The physics of the present cycle has run already."""
         self.frame = self._sample()
         """The present boundary's sensor frame."""
 
@@ -194,17 +189,15 @@ class EmulatedRobot(Closing):
         """
         self.skip_stalled()
         self.begin_cycle(command, expected=expected)
-        self.run_physics()
-        return self.end_cycle()
+        self.world.end_cycle()
+        return self.frame
 
     def begin_cycle(self, command: ActuatorFrame | None, *, expected: bool = False) -> None:
         """The first part of a cycle: latch the command, which a DCM that has stopped (a fault) ignores."""
         if command is not None:
             require_finite("position", command.position)
             require_finite("stiffness", command.stiffness)
-        if not self._ahead:
-            self.faults.begin_cycle(self.time)
-        if self.faults.stalled:
+        if self.stalls():
             self.dcm.skip_cycle()
             return
         command = self.faults.apply_command_faults(command)
@@ -215,59 +208,39 @@ class EmulatedRobot(Closing):
             self._missed += 1
         targets = self.dcm.run_cycle()
         if targets is not None:
-            elapsed = self._steps if self._ahead else 0
+            elapsed = self._steps if self.world.ahead else 0
             self.servo.latch(targets.position, targets.stiffness, elapsed)
             self._hands.latch(targets.position, targets.stiffness)
 
     def run_physics(self) -> None:
         """The second part of a robot's cycle that is alone: several may run theirs in threads together."""
-        if not self._ahead:
-            self.world.run_physics()
+        self.world.run_physics()
 
     def end_cycle(self) -> SensorFrame:
         """The last part of a cycle: measure, and return the newest frame; a stalled DCM gives no new one."""
-        if not self._ahead:
+        if not self.world.ahead:
             self.measure()
         self._hands.run_cycle(self.body.cycle)
-        self._ahead = False
         self._seq += 1
         if not self.faults.stalled:
             self.frame = self._sample()
         return self.frame
 
-    def run_ahead(self) -> None:
-        """Run the physics of the cycle that begins now, before its command is there.
+    def runs_ahead(self) -> bool:
+        """See `Inhabitant`."""
+        return self.servo.delay_steps >= self._steps and not self.stalls()
 
-        Only if the drives delay requests by a cycle or more, so that its command cannot act within it;
-        otherwise nothing happens. The frames are the same as without.
-        """
-        if self._ahead or self.servo.delay_steps < self._steps:
-            return
-        self.faults.begin_cycle(self.time)
-        if not self.faults.stalled:
-            self.run_physics()
-            self.measure()
-            self._ahead = True
-
-    def run_stalled(self) -> bool:
-        """Run one cycle if the DCM has stopped (a fault): no commands, no frame; False if it has not.
-
-        `advance` does so by itself; who keeps to a wall clock calls this once per cycle before it.
-        """
-        if self._ahead:
-            return False
-        self.faults.begin_cycle(self.time)
-        if not self.faults.stalled:
-            return False
-        self.begin_cycle(None)
-        self.run_physics()
-        self.end_cycle()
-        return True
+    def stalls(self) -> bool:
+        """Whether the DCM stands still in the cycle that begins now (a fault): no commands, no frame."""
+        if not self.world.ahead:
+            self.faults.begin_cycle(self.time)
+        return self.faults.stalled
 
     def skip_stalled(self) -> None:
-        """Run until the DCM runs."""
-        while self.run_stalled():
-            pass
+        """Run a robot that is alone until its DCM runs."""
+        while self.stalls():
+            self.begin_cycle(None)
+            self.world.end_cycle()
 
     @property
     def seq(self) -> int:
@@ -347,12 +320,26 @@ class EmulatedRobot(Closing):
         return self.world.clear_robots()
 
     def reset(self) -> None:
-        """Restart a robot that is alone, with its world: same posture, same seed, `seq` 0."""
-        self.close()
-        self._build(None)
-        self.world.start()
+        """Restart its world with all robots in it: same postures, same seeds, `seq` 0."""
+        robots = [robot for robot in self.world.robots if isinstance(robot, EmulatedRobot)]
+        rebuilt(self.world, robots).start()
 
     def close(self) -> None:
         """Free the physics engine of a robot that is alone; may be called twice."""
         if self._alone:
             self.engine.close()
+
+
+def rebuilt(world: World, robots: Sequence[EmulatedRobot]) -> World:
+    """The world as it was at its beginning, before its start, in place of this one.
+
+    Args:
+        world: Of a scenario; it is closed.
+        robots: Of it, that are put into the new one.
+    """
+    assert world.again is not None
+    world.engine.close()
+    new = world.again()
+    for robot in robots:
+        robot._build(new)
+    return new

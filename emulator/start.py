@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -21,7 +22,9 @@ from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendul
 from bridge.messages.world_state import Terrain
 from bridge.types import Quaternion
 from bridge.validation import unknown_name
-from emulator.engine.base import Engine, Multibody
+from emulator.engine.base import Multibody
+from emulator.engine.catalogue import open_engine
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS, link_shapes, lowest_point, sole_points
 from emulator.engine.values import Box, HeightField
 from emulator.poses import ORIGIN, Pose, compose, inverse, point_of, quaternion, yaw_of
@@ -48,13 +51,17 @@ def add_terrain(world: World, terrain: Terrain) -> None:
     world.terrain = terrain
 
 
-def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator) -> World:
+def build_world(engine: str, settings: PhysicsSettings, scenario: Scenario, seed: int) -> World:
     """The world of a scenario as it is before anything happens.
 
     Args:
-        engine: With an empty world.
+        engine: Name of the physics engine, or `auto`.
+        settings: Of the physics.
         scenario: The world to build.
-        random: For tiles and heightfields without a seed of their own.
+        seed: For tiles and heightfields without a seed of their own: the first child of its generator.
+
+    Raises:
+        ConfigurationError: no such engine.
     """
     floor = scenario.floor
     surface = SURFACES[floor.surface]
@@ -62,8 +69,10 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
         surface = replace(surface, friction=floor.friction)
     if floor.stiffness is not None:
         surface = replace(surface, stiffness_per_area=floor.stiffness)
-    world = World(engine, surface, math.radians(floor.roll), math.radians(floor.pitch))
-    add_terrain(world, terrain_of(scenario, random))
+    opened = open_engine(engine, settings)
+    world = World(opened, surface, math.radians(floor.roll), math.radians(floor.pitch))
+    world.again = partial(build_world, engine, settings, scenario, seed)
+    add_terrain(world, terrain_of(scenario, np.random.default_rng(seed).spawn(2)[0]))
     for box in scenario.boxes:
         world.add_box(
             box.name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import msgspec
 import numpy as np
@@ -14,16 +14,15 @@ from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldObject
 from bridge.types import Closing, Vec3
 from bridge.validation import unknown_name
-from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import SETTINGS
 from emulator.queries import carry_out
-from emulator.robot import EmulatedRobot
+from emulator.robot import EmulatedRobot, rebuilt
 from emulator.scenarios import load_scenario
 from emulator.start import build_world
 from emulator.world.world import World as EmulatedWorld
 from nao_hil.arguments import JointValues, actuator_frame, require_names, whole_seed
 from nao_hil.runs.build import build_robot, with_engine
-from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.config import run_config
 
 Command: TypeAlias = "JointValues | tuple[JointValues, JointValues]"
 """Joint angles, rad, 25 in the order of `nao_hil.JOINTS`; or a pair of these and stiffnesses, 25 or one."""
@@ -70,13 +69,8 @@ class World(Closing):
         require_names(scenario=scenario, engine=engine)
         self._config = with_engine(run_config(None, seed=whole_seed(seed), scenario=scenario, engine=engine))
         self._scenario = load_scenario(scenario)
-        self._added: list[tuple[RunConfig, str, Vec3 | None]] = []
-        self._begin()
-
-    def _begin(self) -> None:
-        terrain = np.random.default_rng(self._config.seed).spawn(2)[0]
         self._world: EmulatedWorld = build_world(
-            open_engine(self._config.engine, SETTINGS), self._scenario, terrain
+            self._config.engine, SETTINGS, self._scenario, self._config.seed
         )
         self._robots: dict[str, EmulatedRobot] = {}
         self._running, self._open = False, True
@@ -110,24 +104,13 @@ class World(Closing):
         if self._running:
             raise ConfigurationError("The world has begun; robots are added before the first step.")
         settings: dict[str, Any] = {"robot": body, "seed": whole_seed(seed), "wear": wear, "start": start}
-        changed = run_config(None, **settings, scenario=self._config.scenario, engine=self._config.engine)
-        self._put(changed, name, None if at is None else _place(at))
-
-    def _put(self, config: RunConfig, name: str, at: Vec3 | None) -> None:
+        config = run_config(None, **settings, scenario=self._config.scenario, engine=self._config.engine)
+        place = None if at is None else _place(at)
         try:
-            self._robots[name] = build_robot(config, self._scenario, name=name, at=at, world=self._world)
-        except ConfigurationError:
-            self._again(self._added)
+            self._robots[name] = build_robot(config, self._scenario, name=name, at=place, world=self._world)
+        except ConfigurationError:  # it may be in the physics already
+            self._world = rebuilt(self._world, list(self._robots.values()))
             raise
-        self._added.append((config, name, at))
-
-    def _again(self, added: list[tuple[RunConfig, str, Vec3 | None]]) -> None:
-        """Build the world anew with these robots."""
-        self._world.engine.close()
-        self._begin()
-        self._added = []
-        for robot in added:
-            self._put(*robot)
 
     def _start(self) -> None:
         self._require_open()
@@ -182,7 +165,7 @@ class World(Closing):
         given = {}
         for name, command in (commands or {}).items():
             pair = isinstance(command, tuple) and len(command) == 2
-            position, stiffness = command if pair else (command, 1.0)  # type: ignore[misc]
+            position, stiffness = cast("tuple[Any, Any]", command) if pair else (command, 1.0)
             given[name] = actuator_frame(self._robot(name).frame.seq, position, stiffness)
         self._world.advance(given)
         return self.frames
@@ -215,8 +198,9 @@ class World(Closing):
         Returns:
             The first sensor frames.
         """
-        self._require_open()
-        self._again(self._added)
+        self._start()
+        self._world = rebuilt(self._world, list(self._robots.values()))
+        self._world.start()
         return self.frames
 
     def _require_open(self) -> None:

@@ -84,6 +84,9 @@ class Inhabitant(Protocol):
     def begin_physics(self) -> Callable[[], None] | None:
         """The physics of a cycle begins; what is returned is called before each physics step."""
 
+    def runs_ahead(self) -> bool:
+        """The command of the cycle that begins now cannot act within it."""
+
     def measure(self) -> None:
         """The physics of the cycle has run."""
 
@@ -110,6 +113,10 @@ class World:
         """By name."""
         self.robots: list[Inhabitant] = []
         """In the order in which they were added."""
+        self.again: Callable[[], World] | None = None
+        """Makes the same world as it was at its beginning, without robots."""
+        self.ahead = False
+        """The physics of the present cycle has run already."""
         self.things: dict[str, VisibleThing] = {}
         """By name."""
         self.terrain = Terrain()
@@ -178,9 +185,27 @@ class World:
         """
         for robot in self.robots:
             robot.begin_cycle(commands.get(robot.name))
-        self.run_physics()
+        self.end_cycle()
+
+    def end_cycle(self) -> None:
+        """Run the rest of a cycle whose commands the robots have latched."""
+        if not self.ahead:
+            self.run_physics()
         for robot in self.robots:
             robot.end_cycle()
+        self.ahead = False
+
+    def run_ahead(self) -> None:
+        """Run the physics of the cycle that begins now, before its commands are there.
+
+        Only if all drives delay requests by a cycle or more, so that no command can act within it; otherwise
+        nothing happens. The frames are the same as without.
+        """
+        if not self.ahead and all([robot.runs_ahead() for robot in self.robots]):
+            self.run_physics()
+            for robot in self.robots:
+                robot.measure()
+            self.ahead = True
 
     @property
     def uneven(self) -> bool:

@@ -292,7 +292,7 @@ def frames(wear: str, *, ahead: bool) -> list[SensorFrame]:
             if cycle == 90:
                 robot.faults.start(JointWeak(joint="LKneePitch", fraction=0.5), robot.time, 0.3)
             if ahead:
-                robot.run_ahead()
+                robot.world.run_ahead()
             seen.append(robot.advance(squat(robot.frame), expected=True))
         return seen
 
@@ -308,6 +308,6 @@ def test_the_world_moves_before_the_command_only_where_that_cannot_act_yet(wear:
         for _ in range(20):
             robot.advance(squat(robot.frame))
         before = robot.multibody.position.copy()
-        robot.run_ahead()
+        robot.world.run_ahead()
         assert bool((robot.multibody.position != before).any()) is moves
         assert robot.frame.seq == robot.seq == 20
