@@ -31,7 +31,7 @@ from emulator.poses import ORIGIN, Pose, compose, inverse, point_of, quaternion,
 from emulator.scenarios import START_NAMES
 from emulator.scenarios.model import Scenario, terrain_of
 from emulator.world.events import WorldEvent
-from emulator.world.world import SURFACES, World
+from emulator.world.world import SURFACES, World, solid
 
 _FOUNDATION_DEPTH = 0.02
 """Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
@@ -74,15 +74,8 @@ def build_world(engine: str, settings: PhysicsSettings, scenario: Scenario, seed
     world.again = partial(build_world, engine, settings, scenario, seed)
     add_terrain(world, terrain_of(scenario, np.random.default_rng(seed).spawn(2)[0]))
     for box in scenario.boxes:
-        world.add_box(
-            box.name,
-            box.size,
-            box.at,
-            math.radians(box.yaw),
-            height=box.height,
-            mass=box.mass,
-            friction=box.friction,
-        )
+        shape = solid(box.shape, box.size, box.mass, box.friction)
+        world.add_object(box.name, shape, box.at, math.radians(box.yaw), height=box.height)
     for thing in scenario.things:
         yaw = math.radians(thing.yaw)
         world.place_thing(thing.name, thing.kind, thing.at, yaw, thing.height, thing.size)

@@ -165,7 +165,7 @@ class World(Closing):
         given = {}
         for name, command in (commands or {}).items():
             pair = isinstance(command, tuple) and len(command) == 2
-            position, stiffness = cast("tuple[Any, Any]", command) if pair else (command, 1.0)
+            position, stiffness = cast("tuple[JointValues, JointValues]", command if pair else (command, 1.0))
             given[name] = actuator_frame(self._robot(name).frame.seq, position, stiffness)
         self._world.advance(given)
         return self.frames

@@ -66,6 +66,45 @@ class Box:
 
 
 @dataclass(frozen=True)
+class Ball:
+    """A ball of even density. Rolling on the level floor it loses speed at a constant rate."""
+
+    radius: float
+    """m"""
+    mass: float
+    """kg"""
+    rolling: float
+    """Deceleration of the rolling ball, m/s^2."""
+    friction: float | None = None
+    """As of a `Box`."""
+
+    def rolling_arm(self, gravity: float) -> float:
+        """Distance by which the floor's force is ahead of the ball's middle, m: it has this torque.
+
+        The floor's friction m a slows the ball and would spin it up; the torque 7/5 m r a is needed to slow
+        its spin by a / r all the same: m r a against the friction, 2/5 m r a against its inertia.
+
+        Args:
+            gravity: m/s^2
+        """
+        return 1.4 * self.radius * self.rolling / gravity
+
+
+@dataclass(frozen=True)
+class Pole:
+    """A cylinder along z."""
+
+    radius: float
+    """m"""
+    height: float
+    """m"""
+    mass: float = 0.0
+    """As of a `Box`."""
+    friction: float | None = None
+    """As of a `Box`."""
+
+
+@dataclass(frozen=True)
 class HeightField:
     """A grid of heights, fixed on the floor, linear between its points; placed by its middle at height 0."""
 
@@ -92,7 +131,9 @@ class Pendulum:
     """Of the rod, rad; a positive one is on the side of -x."""
 
 
-ThingShape = Box | HeightField | Pendulum
+Solid = Box | Ball | Pole
+"""Objects by their middle."""
+ThingShape = Solid | HeightField | Pendulum
 """Objects that an engine takes."""
 
 

@@ -83,11 +83,11 @@ class BoxPush:
 
     def __init__(self, world: World, name: str, force: Vec3, steps: int) -> None:
         self._world, self._name, self._force, self._left = world, name, force, steps
-        self._box = world.boxes[name]
+        self._box = world.objects[name]
 
     def step(self) -> bool:
         """Push for one step."""
-        if self._world.boxes.get(self._name) is not self._box:
+        if self._world.objects.get(self._name) is not self._box:
             return False
         self._box.thing.push(self._force)
         self._left -= 1

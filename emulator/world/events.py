@@ -16,6 +16,7 @@ from bridge.messages.world import (
     Push,
     Remove,
     SetFriction,
+    SolidShape,
     SwingPendulum,
     TiltFloor,
     min_tilt_duration,
@@ -25,12 +26,14 @@ from bridge.rotations import planar_point
 from bridge.types import Side, Vec2, Vec3
 from emulator.engine.base import Multibody
 from emulator.engine.shapes import FOOT_LINKS, sole_points
+from emulator.engine.values import Ball, Box, Pole
 from emulator.poses import Pose, point_of
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, PendulumStrike
-from emulator.world.world import World
+from emulator.world.world import World, edges, solid
 
 PLATE_GAP: Final = 0.001
 """Air between a lifted sole and the plate that appears under it, m."""
+SHAPES: Final[dict[type, SolidShape]] = {Box: "box", Ball: "ball", Pole: "pole"}
 _SIDES: Final[dict[str, tuple[Side, ...]]] = {"left": ("L",), "right": ("R",), "swing": ("L", "R")}
 _FOOT: Final = {"L": "left", "R": "right"}
 WorldEvent = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
@@ -85,7 +88,7 @@ class WaitingPlates:
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
         at = planar_point((x, y, yaw), plate.shift)
         try:
-            world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0, beside_robot=True)
+            world.add_object(plate.name, Box(plate.size), at, yaw + plate.yaw, height=0.0, beside_robot=True)
         except FrameError as error:  # it reaches into the other foot
             self._notify("world-refused", str(error))
             return
@@ -175,14 +178,18 @@ class EventExecutor:
         return text
 
     def objects(self) -> tuple[WorldObject, ...]:
-        """All boxes by name at their present poses."""
-        found = []
-        for name, (box, thing) in self._world.boxes.items():
-            position, turn = thing.state().pose
-            found.append(
-                WorldObject(name=name, size=box.size, position=position, orientation=turn, mass=box.mass)
+        """All objects by name at their present poses."""
+        return tuple(
+            WorldObject(
+                name=name,
+                shape=SHAPES[type(shape)],
+                size=edges(shape),
+                position=(state := thing.state()).position,
+                orientation=state.orientation,
+                mass=shape.mass,
             )
-        return tuple(found)
+            for name, (shape, thing) in self._world.objects.items()
+        )
 
     def _heading(self) -> tuple[Vec3, float]:
         """Torso's origin, and its heading in the world, rad."""
@@ -190,13 +197,13 @@ class EventExecutor:
         return torso.position, torso.heading
 
     def _push(self, command: Push) -> str:
-        target, boxes = command.target, self._world.boxes
+        target = command.target
         steps = max(1, round(command.duration / self._dt))
         _, heading = self._heading()
         x, y, z = (part / (steps * self._dt) for part in command.impulse)
         force = (*planar_point((0.0, 0.0, heading), (x, y)), z)
         robot = self._robot
-        movable = [name for name, (box, _) in boxes.items() if box.mass > 0.0]
+        movable = [name for name, (shape, _) in self._world.objects.items() if shape.mass > 0.0]
         if target in (TORSO, *robot.joints):
             self._actions.append(LinkPush(robot, target, force, steps))
         elif target in movable:
@@ -210,20 +217,12 @@ class EventExecutor:
     def _place(self, command: PlaceBox) -> str:
         world, name = self._world, command.name
         if name in world.things:
-            raise FrameError(f"`{name}` is a {world.things[name].kind}; give the box another name.")
+            raise FrameError(f"`{name}` is a {world.things[name].kind}; give the {command.shape} another name.")
         at, yaw = self._on_floor(command.at, command.yaw, command.frame)
-        world.add_box(
-            name,
-            command.size,
-            at,
-            yaw,
-            height=command.height,
-            mass=command.mass,
-            friction=command.friction,
-            beside_robot=True,
-        )
+        shape = solid(command.shape, command.size, command.mass, command.friction)
+        world.add_object(name, shape, at, yaw, height=command.height, beside_robot=True)
         kind = f"of {command.mass:g} kg" if command.mass > 0.0 else "fixed to the floor"
-        return f"Box `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
+        return f"The {command.shape} `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
 
     def _on_floor(self, at: Vec2, yaw: float, frame: str) -> tuple[Vec2, float]:
         """A place (m) and a heading (rad) of the floor frame or of the robot's, in the floor frame."""
@@ -235,8 +234,8 @@ class EventExecutor:
 
     def _place_thing(self, command: PlaceThing) -> str:
         world, name, kind = self._world, command.name, command.kind
-        if name in world.boxes:
-            raise FrameError(f"`{name}` is a box; give the {kind} another name.")
+        if name in world.objects:
+            raise FrameError(f"`{name}` is there to touch; give the {kind} another name.")
         if kind == "landmark" and not name.isdecimal():
             raise FrameError(f"A landmark's name is its number, not `{name}`.")
         at, yaw = self._on_floor(command.at, command.yaw or 0.0, command.frame)
@@ -248,8 +247,8 @@ class EventExecutor:
 
     def _remove(self, command: Remove) -> str:
         world, name = self._world, command.name
-        if world.things.pop(name, None) is None and not world.remove_box(name):
-            known = ", ".join([*world.boxes, *world.things]) or "none"
+        if world.things.pop(name, None) is None and not world.remove_object(name):
+            known = ", ".join([*world.objects, *world.things]) or "none"
             raise FrameError(f"Nothing called `{name}` to remove; there are {known}.")
         return f"`{name}` is gone."
 

@@ -1,4 +1,4 @@
-"""A floor that can be tilted, the boxes on it, and the robots that live there.
+"""A floor that can be tilted, the objects on it, and the robots that live there.
 
 The floor is turned, not gravity: the world's z axis stays the vertical, so that accelerometer, fused angle and
 ground truth mean the same on every slope. All that is fixed on the floor turns with it.
@@ -22,12 +22,12 @@ from typing import Final, NamedTuple, Protocol
 from bridge.body import Body
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, SensorFrame
-from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
+from bridge.messages.world import THING_HEIGHT, THING_SIZES, SolidShape, ThingKind
 from bridge.messages.world_state import Terrain, WorldThing
 from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
 from emulator.engine.base import Engine, Multibody, Thing
-from emulator.engine.values import BodyState, Box, Surface
+from emulator.engine.values import Ball, BodyState, Box, Pole, Solid, Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
 from emulator.vectors import cross, rotate, scaled
 
@@ -42,15 +42,54 @@ SURFACES: Final = {
 _RAY_HEIGHT: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
 _OVERLAP: Final = 1e-4
-"""Depth from which a box counts as standing inside a robot, m."""
+"""Depth from which an object counts as standing inside a robot, m."""
 
 
-class WorldBox(NamedTuple):
-    """A box in the world."""
+LEAGUE_BALL: Final = Ball(radius=0.05, mass=0.044, rolling=0.30)
+"""The ball of the Standard Platform League: 100 mm and 44 g (rules since 2016; Webots' `SPLBall`). It loses
+0.30 m/s^2 on the league's turf by the configuration of the team NomadZ (2024); B-Human once had 0.13 on carpet.
+Both take the deceleration to be constant."""
 
-    box: Box
+
+def solid(shape: SolidShape, size: Vec3, mass: float, friction: float | None) -> Solid:
+    """An object by the edges of the box around it.
+
+    Args:
+        shape: Of the object.
+        size: Edges, m.
+        mass: kg; 0: fixed on the floor.
+        friction: Against the soles; None: as the floor.
+
+    Raises:
+        FrameError: no ball or pole fits the box, or a ball without mass.
+    """
+    x, y, z = size
+    if shape == "box":
+        return Box(size, mass, friction)
+    if x != y or (shape == "ball" and x != z):
+        right = "three times its diameter" if shape == "ball" else "twice its diameter, and its height"
+        raise FrameError(f"The size of a {shape} is {right}, not {x:g} x {y:g} x {z:g} m.")
+    if shape == "pole":
+        return Pole(x / 2.0, z, mass, friction)
+    if mass <= 0.0:
+        raise FrameError(f"A ball rolls and needs a mass; that of the league has {LEAGUE_BALL.mass:g} kg.")
+    return Ball(x / 2.0, mass, LEAGUE_BALL.rolling, friction)
+
+
+def edges(shape: Solid) -> Vec3:
+    """Edges of the box around an object, m."""
+    if isinstance(shape, Box):
+        return shape.size
+    wide = 2.0 * shape.radius
+    return wide, wide, wide if isinstance(shape, Ball) else shape.height
+
+
+class WorldBody(NamedTuple):
+    """An object in the world."""
+
+    shape: Solid
     thing: Thing
-    """The box in the engine."""
+    """The object in the engine."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +148,7 @@ class World:
 
     def __init__(self, engine: Engine, surface: Surface = WOOD, roll: float = 0.0, pitch: float = 0.0) -> None:
         self.engine = engine
-        self.boxes: dict[str, WorldBox] = {}
+        self.objects: dict[str, WorldBody] = {}
         """By name."""
         self.robots: list[Inhabitant] = []
         """In the order in which they were added."""
@@ -148,8 +187,8 @@ class World:
         self.robots.append(robot)
 
     def require_room(self, robot: Inhabitant) -> None:
-        """Raises ConfigurationError where a box or another robot overlaps a robot at its start."""
-        things = {f"Box `{name}` of the scenario": placed.thing for name, placed in self.boxes.items()}
+        """Raises ConfigurationError where an object or another robot overlaps a robot at its start."""
+        things = {f"Object `{name}` of the scenario": body.thing for name, body in self.objects.items()}
         things |= {f"Robot `{other.name}`": other.multibody for other in self.robots if other is not robot}
         for name, thing in things.items():
             if self.engine.overlap(robot.multibody, thing) > _OVERLAP:
@@ -210,7 +249,7 @@ class World:
     @property
     def uneven(self) -> bool:
         """Whether any box is fixed on the floor."""
-        return self.terrain != Terrain() or any(box.mass <= 0.0 for box, _ in self.boxes.values())
+        return self.terrain != Terrain() or any(shape.mass <= 0.0 for shape, _ in self.objects.values())
 
     def set_surface(self, surface: Surface) -> None:
         """Change the surface of the floor and of everything fixed on it; boxes keep a friction of their own."""
@@ -264,70 +303,66 @@ class World:
         hits = self.engine.rays(starts, ends, ground_only=True)
         return [_RAY_HEIGHT - 2.0 * _RAY_HEIGHT * hit.fraction for hit in hits]
 
-    def add_box(
+    def add_object(
         self,
         name: str,
-        size: Vec3,
+        shape: Solid,
         at: Vec2,
         yaw: float = 0.0,
         *,
         height: float | None = None,
-        mass: float = 0.0,
-        friction: float | None = None,
         beside_robot: bool = False,
     ) -> None:
-        """Put a box, or replace the one of its name.
+        """Put an object, or replace the one of its name.
 
         Args:
-            name: Of the box.
-            size: m.
+            name: Of the object.
+            shape: Its shape and mass.
             at: Middle of its bottom, floor frame, m.
             yaw: About the floor's normal, rad.
             height: Of its bottom over the floor, m; None: on the ground under its middle and corners.
-            mass: kg; 0: fixed on the floor.
-            friction: Against the soles; None: as the floor.
-            beside_robot: Refuse a place in which the robot is.
+            beside_robot: Refuse a place in which a robot is.
 
         Raises:
-            FrameError: the box would overlap the robot; the world stays as it was.
+            FrameError: the object would overlap a robot; the world stays as it was.
         """
-        before = self._box_state(name)
-        self.remove_box(name)
+        before, size = self._state(name), edges(shape)
+        self.remove_object(name)
         if height is None:
             height = max(self.ground(_footprint(size, at, yaw)))
         pose = Pose((at[0], at[1], height + size[2] / 2.0), quaternion(yaw=yaw))
-        box = Box(size, mass, friction)
-        self.boxes[name] = WorldBox(box, self.engine.add(box, pose))
+        self.objects[name] = WorldBody(shape, self.engine.add(shape, pose))
         if beside_robot and self.in_robot(name):
-            self.remove_box(name)
+            self.remove_object(name)
             if before is not None:
                 self._put_back(name, *before)
-            raise FrameError(f"Box `{name}` would stand inside the robot; give it another place.")
+            raise FrameError(f"`{name}` would stand inside the robot; give it another place.")
 
     def in_robot(self, name: str) -> bool:
-        """Whether a box overlaps a robot."""
-        thing = self.boxes[name].thing
+        """Whether an object overlaps a robot."""
+        thing = self.objects[name].thing
         return any(self.engine.overlap(robot, thing) > _OVERLAP for robot in self.engine.robots)
 
     def clear_robots(self) -> tuple[str, ...]:
-        """Remove the movable boxes that overlap a robot after it is placed; their names."""
-        within = tuple(name for name, (box, _) in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
+        """Remove the movable objects that overlap a robot after it is placed; their names."""
+        within = tuple(
+            name for name, (shape, _) in self.objects.items() if shape.mass > 0.0 and self.in_robot(name)
+        )
         for name in within:
-            self.remove_box(name)
+            self.remove_object(name)
         return within
 
-    def _box_state(self, name: str) -> tuple[Box, BodyState] | None:
-        """Box and state that `_put_back` takes; None when there is no such box."""
-        found = self.boxes.get(name)
-        return None if found is None else (found.box, found.thing.state())
+    def _state(self, name: str) -> tuple[Solid, BodyState] | None:
+        """Shape and state that `_put_back` takes; None when there is no such object."""
+        found = self.objects.get(name)
+        return None if found is None else (found.shape, found.thing.state())
 
-    def _put_back(self, name: str, box: Box, state: BodyState) -> None:
-        """Restore a box that was replaced."""
+    def _put_back(self, name: str, shape: Solid, state: BodyState) -> None:
+        """Restore an object that was replaced."""
         (x, y, z), turn = self.in_floor(state.pose)
-        height = z - 0.5 * box.size[2]
-        self.add_box(name, box.size, (x, y), yaw_of(turn), height=height, mass=box.mass, friction=box.friction)
-        if box.mass > 0.0:
-            self.boxes[name].thing.place(state.pose, state.velocity, state.angular_velocity)
+        self.add_object(name, shape, (x, y), yaw_of(turn), height=z - 0.5 * edges(shape)[2])
+        if shape.mass > 0.0:
+            self.objects[name].thing.place(state.pose, state.velocity, state.angular_velocity)
 
     def place_thing(
         self, name: str, kind: ThingKind, at: Vec2, yaw: float, height: float | None, size: float | None
@@ -352,9 +387,9 @@ class World:
             for name, thing in self.things.items()
         )
 
-    def remove_box(self, name: str) -> bool:
-        """Take a box away; False when there is none."""
-        found = self.boxes.pop(name, None)
+    def remove_object(self, name: str) -> bool:
+        """Take an object away; False when there is none."""
+        found = self.objects.pop(name, None)
         if found is not None:
             self.engine.remove(found.thing)
         return found is not None

@@ -25,6 +25,7 @@ from bridge.messages.world import (
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import PhysicsSettings
+from emulator.engine.values import Box
 from emulator.poses import yaw_of
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
@@ -263,7 +264,7 @@ def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed(ph
 def test_a_scenario_with_a_box_in_the_robot_at_its_start_is_refused(
     start: Start, box: PlacedBox, physics: str
 ) -> None:
-    with pytest.raises(ConfigurationError, match=r"Box `crate` of the scenario stands inside nao-v3"):
+    with pytest.raises(ConfigurationError, match=r"Object `crate` of the scenario stands inside nao-v3"):
         EmulatedRobot(BODY, engine=physics, seed=0, scenario=Scenario(start=start, boxes=(box,)))
 
 
@@ -393,7 +394,7 @@ def test_a_movable_box_makes_room_for_a_robot_that_is_put_on_its_feet(physics: s
         for name, x in (("over it", 0.0), ("beside it", 0.8)):
             carry_out(robot, PlaceBox(name=name, size=(0.1, 0.1, 0.1), at=(x, 0.0), mass=0.3, height=0.25))
         assert carry_out(robot, StandUp()).endswith(" Box `over it` was there and was taken away.")
-        assert list(robot.world.boxes) == ["beside it"]
+        assert list(robot.world.objects) == ["beside it"]
 
 
 def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
@@ -413,12 +414,12 @@ def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
 def test_a_tilting_floor_moves_with_the_velocity_that_its_places_tell(pybullet_engine: Engine) -> None:
     engine = pybullet_engine
     world = World(engine)
-    world.add_box("far", (0.1, 0.1, 0.02), (0.6, 0.2))
+    world.add_object("far", Box((0.1, 0.1, 0.02)), (0.6, 0.2))
     world.set_tilt(0.05, -0.1, (0.1, 0.0, 0.0), (0.3, -0.5))
-    state = world.boxes["far"].thing.state()
+    state = world.objects["far"].thing.state()
     places = []
     for time in (-0.01, 0.01):
         world.set_tilt(0.05 + 0.3 * time, -0.1 - 0.5 * time, (0.1, 0.0, 0.0))
-        places.append(np.array(world.boxes["far"].thing.state().position))
+        places.append(np.array(world.objects["far"].thing.state().position))
     np.testing.assert_allclose(state.velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
     assert np.linalg.norm(state.angular_velocity) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)

@@ -135,7 +135,7 @@ def test_robots_that_collide_in_the_air_keep_their_momentum(physics: str) -> Non
 def test_boxes_are_everybodys_and_in_the_truth(physics: str) -> None:
     with three(physics) as world:
         text = world.send(PlaceBox(name="crate", size=(0.2, 0.2, 0.1), at=(1.0, 0.0), frame="floor", mass=0.5))
-        assert text.startswith("Box `crate`")
+        assert text.startswith("The box `crate`")
         world.step()
         assert world.truth.objects["crate"].position == pytest.approx((1.0, 0.0, 0.05), abs=1e-3)
 

@@ -21,10 +21,12 @@ from emulator.engine.mujoco.shapes import (
 )
 from emulator.engine.mujoco.simulation import MujocoModel, Simulation
 from emulator.engine.values import (
+    Ball,
     BodyState,
     Box,
     HeightField,
     Pendulum,
+    Pole,
     Surface,
     Surroundings,
     ThingShape,
@@ -58,6 +60,8 @@ class MujocoThing(Thing):
         geoms: tuple[Any, ...],
         friction: float | None = None,
     ) -> None:
+        self.rolling_arm = 0.0
+        """Of a ball, m."""
         self._simulation, self.name, self.pose = simulation, name, pose
         self.body, self.geoms, self.friction = body, geoms, friction
 
@@ -127,9 +131,10 @@ class MujocoScene:
 
     def _add(self, body: Any, kind: str, *, mass: float = 0.0, **options: Any) -> tuple[Any, ...]:
         """Give a body a shape, once for each kind of thing that it can touch."""
-        group = OBJECT_GROUP if kind == "object" else GROUND_GROUP
-        others = ("for the shell", "object") if kind == "object" else ("for the shell",)
-        soles = contact_options(f"{kind} for soles", self._step)
+        movable = kind in ("object", "ball")
+        group = OBJECT_GROUP if movable else GROUND_GROUP
+        others = ("for the shell", kind) if movable else ("for the shell",)
+        soles = contact_options("object for soles" if movable else f"{kind} for soles", self._step)
         geoms = [body.add_geom(name=options.pop("name", ""), group=group, mass=mass, **options, **soles)]
         for other in others:
             rest = contact_options(other, self._step)
@@ -141,6 +146,8 @@ class MujocoScene:
             friction = self._friction if thing.friction is None else thing.friction
             for geom, fraction in zip(thing.geoms, (1.0, self._shell, 1.0), strict=False):
                 geom.friction = (fraction * friction, 0.0, 0.0)
+            if thing.rolling_arm > 0.0:
+                thing.geoms[-1].friction = (friction, 0.0, thing.rolling_arm)
         self._simulation.changed()
 
     def add_robot(self, robot: MujocoModel) -> None:
@@ -176,8 +183,10 @@ class MujocoScene:
     def add(self, shape: ThingShape, pose: Pose) -> MujocoThing:
         """See `Engine.add`."""
         name = f"thing {next(self._numbers)}"
-        if isinstance(shape, Box):
-            thing = self._add_box(name, shape, pose)
+        if isinstance(shape, Ball):
+            thing = self._add_ball(name, shape, pose)
+        elif isinstance(shape, Box | Pole):
+            thing = self._add_solid(name, shape, pose)
         elif isinstance(shape, HeightField):
             thing = self._add_heightfield(name, shape, pose)
         else:
@@ -186,23 +195,32 @@ class MujocoScene:
         self._set_frictions()
         return thing
 
-    def _add_box(self, name: str, shape: Box, pose: Pose) -> MujocoThing:
-        x, y, z = shape.size
-        box = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": (0.5 * x, 0.5 * y, 0.5 * z)}
+    def _add_ball(self, name: str, ball: Ball, pose: Pose) -> MujocoThing:
+        sphere = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": (ball.radius, 0.0, 0.0)}
+        thing = self._add_movable(name, "ball", ball.mass, pose, ball.friction, **sphere)
+        thing.rolling_arm = ball.rolling_arm(self._simulation.settings.gravity)
+        return thing
+
+    def _add_solid(self, name: str, shape: Box | Pole, pose: Pose) -> MujocoThing:
+        if isinstance(shape, Pole):
+            size: Vec3 = (shape.radius, 0.5 * shape.height, 0.0)
+            solid = {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": size}
+        else:
+            x, y, z = shape.size
+            solid = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": (0.5 * x, 0.5 * y, 0.5 * z)}
         if shape.mass > 0.0:
-            return self._add_movable(name, shape.mass, pose, shape.friction, **box)
-        return MujocoThing(
-            self._simulation, name, pose, None, self._fix(pose, name=name, **box), shape.friction
-        )
+            return self._add_movable(name, "object", shape.mass, pose, shape.friction, **solid)
+        geoms = self._fix(pose, name=name, **solid)
+        return MujocoThing(self._simulation, name, pose, None, geoms, shape.friction)
 
     def _add_movable(
-        self, name: str, mass: float, pose: Pose, friction: float | None, **options: Any
+        self, name: str, kind: str, mass: float, pose: Pose, friction: float | None, **options: Any
     ) -> MujocoThing:
         pose = compose(self._floor, pose)
         world = self._simulation.spec.worldbody
         body = world.add_body(name=name, pos=pose.position, quat=wxyz(pose.orientation))
         body.add_freejoint(name=name)
-        geoms = self._add(body, "object", mass=mass, name=name, **options)
+        geoms = self._add(body, kind, mass=mass, name=name, **options)
         return MujocoThing(self._simulation, name, pose, body, geoms, friction)
 
     def _fix(self, pose: Pose, **options: Any) -> tuple[Any, ...]:

@@ -74,13 +74,15 @@ MASKS: Final[dict[str, tuple[int, int]]] = {
     "ground for soles": (0, _SOLE | _OBJECT),
     "object for soles": (0, _SOLE),
     "object": (_OBJECT, _OBJECT),
+    "ball": (_OBJECT, _OBJECT),
     "for the shell": (0, _LINK),
 }
 """`contype` and `conaffinity` by kind of geom. Whatever a robot can touch is there twice, for soles and for the
 shell, because MuJoCo takes a pair's friction from one of the two and does not multiply; an object a third time,
 for the ground and other objects."""
-_PRIORITY: Final = {"object": 1, "shell": 0}
-"""Whose friction and stiffness count, the ground's, a sole's and all for soles or the shell being 2. Of a sole
+_PRIORITY: Final = {"ball": 3, "object": 1, "shell": 0}
+"""Whose friction and stiffness count, the ground's, a sole's and all for soles or the shell being 2; a ball's
+because only it has rolling friction. Of a sole
 and its partner, equal in rank, the friction is the greater one, which is not the sole's, and the stiffness
 the sole's, because only its `solmix` is not 0."""
 _SOLES: Final = ("sole point", "sole")
@@ -205,7 +207,7 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
     return {
         "contype": contype,
         "conaffinity": conaffinity,
-        "condim": 3,
+        "condim": 6 if kind == "ball" else 3,
         "priority": _PRIORITY.get(kind, 2),
         "solmix": 1.0 if kind in _SOLES else 0.0,
         "solref": (TIME_CONSTANT_STEPS * step, 1.0),

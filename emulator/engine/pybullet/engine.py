@@ -172,7 +172,7 @@ class BulletEngine(Engine):
             deterministicOverlappingPairs=1,
             physicsClientId=self.client,
         )
-        self._scene = BulletScene(self.client)
+        self._scene = BulletScene(self.client, settings.gravity)
         self._contacts: list[BulletContacts] = []
         self.surround(self.surroundings)
 

@@ -20,10 +20,12 @@ from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BulletModel
 from emulator.engine.shapes import OUTER_SHARE, PATCH_RADIUS
 from emulator.engine.values import (
+    Ball,
     BodyState,
     Box,
     HeightField,
     Pendulum,
+    Pole,
     Surface,
     Surroundings,
     ThingShape,
@@ -70,6 +72,8 @@ class BulletThing(Thing):
     def __init__(self, client: int, number: int, fixed: Pose | None = None) -> None:
         self._client, self.number, self.fixed = client, number, fixed
         self.own_friction = False
+        self.rolling_arm = 0.0
+        """Of a ball, m."""
         self.pushes: list[Vec3] = []
         """Forces of the next step, world frame, N."""
 
@@ -113,10 +117,11 @@ class BulletScene:
 
     Args:
         client: An empty physics client.
+        gravity: m/s^2
     """
 
-    def __init__(self, client: int) -> None:
-        self._client = client
+    def __init__(self, client: int, gravity: float) -> None:
+        self._client, self._gravity = client, gravity
         self._things: list[BulletThing] = []
         """The floor first."""
         self._floor, self._moving, self._friction = ORIGIN, False, 1.0
@@ -150,6 +155,8 @@ class BulletScene:
             for thing in self._things:
                 if thing.fixed is not None and not thing.own_friction:
                     thing.set_friction(self._friction)
+                if thing.rolling_arm > 0.0:
+                    self._set_rolling(thing)
             self._soften()
 
     def _place_floor(self, new: Surroundings) -> None:
@@ -175,15 +182,37 @@ class BulletScene:
 
     def add(self, shape: ThingShape, pose: Pose) -> BulletThing:
         """See `Engine.add`."""
-        if isinstance(shape, Box):
-            return self._add_box(shape, pose)
+        if isinstance(shape, Box | Pole):
+            return self._add_solid(shape, pose)
+        if isinstance(shape, Ball):
+            return self._add_ball(shape, pose)
         if isinstance(shape, HeightField):
             return self._add_heightfield(shape, pose)
         return self._add_pendulum(shape, pose)
 
-    def _add_box(self, box: Box, pose: Pose) -> BulletThing:
-        x, y, z = box.size
-        shape = self._shape(bullet.GEOM_BOX, halfExtents=(x / 2.0, y / 2.0, z / 2.0))
+    def _add_ball(self, ball: Ball, pose: Pose) -> BulletThing:
+        shape = self._shape(bullet.GEOM_SPHERE, radius=ball.radius)
+        friction = 1.0 if ball.friction is None else ball.friction
+        thing = self._add_movable(shape, ball.mass, pose, friction)
+        thing.rolling_arm = ball.rolling_arm(self._gravity)
+        self._set_rolling(thing)
+        return thing
+
+    def _set_rolling(self, thing: BulletThing) -> None:
+        """Set the rolling friction, which PyBullet multiplies with the floor's coefficient of friction."""
+        bullet.changeDynamics(
+            thing.number,
+            -1,
+            rollingFriction=thing.rolling_arm / max(self._friction, 1e-6),
+            physicsClientId=self._client,
+        )
+
+    def _add_solid(self, box: Box | Pole, pose: Pose) -> BulletThing:
+        if isinstance(box, Pole):
+            shape = self._shape(bullet.GEOM_CYLINDER, radius=box.radius, height=box.height)
+        else:
+            x, y, z = box.size
+            shape = self._shape(bullet.GEOM_BOX, halfExtents=(x / 2.0, y / 2.0, z / 2.0))
         if box.mass > 0.0:
             return self._add_movable(shape, box.mass, pose, 1.0 if box.friction is None else box.friction)
         thing = self._fix(shape, pose)
