@@ -78,7 +78,7 @@ class RobotLink(Closing):
         self._lock = threading.Lock()
         self._alive: zenoh.LivelinessToken | None = None
         self._shares = beside is not None
-        self._session = open_robot(listen) if beside is None else beside._session
+        self._session: zenoh.Session = open_robot(listen) if beside is None else beside._session
         try:
             self._declare()
             if announced:

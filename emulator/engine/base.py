@@ -77,7 +77,7 @@ class Multibody(Thing):
         self.velocity: Array = np.zeros(len(joints))
         """Joint velocities after the last step, (n,), rad/s; read only."""
         self.torque: Array = np.zeros(len(joints))
-        """Torque on each joint besides the drives', (n,), N m; may be set, and lasts."""
+        """Torque on each joint besides the drives', (n,), N m; its numbers may be set, and last."""
         self.lock_torque: Array = np.zeros(len(joints))
         """Torque that held each blocked joint in the last step, (n,), N m; 0 for the others; read only."""
         self.contacts: GroundContacts = NO_CONTACTS

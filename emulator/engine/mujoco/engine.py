@@ -209,9 +209,11 @@ class MujocoEngine(Engine):
         robots = self.robots
         self._contacts = MujocoContacts(self.simulation, robots, self._scene)
         self._ends = np.cumsum([0, *(len(robot.joints) for robot in robots)])
-        self._drives = np.zeros(self._ends[-1], DRIVE)
+        self._drives, self._further = np.zeros(self._ends[-1], DRIVE), np.zeros(self._ends[-1])
         for robot, begin, end in zip(robots, self._ends, self._ends[1:], strict=False):
             robot.drives.move(self._drives[begin:end])
+            self._further[begin:end] = robot.torque
+            robot.torque = self._further[begin:end]
         step = self.settings.step
         stops: list[tuple[Any, ...]] = [
             Stops(robot.body, robot.joints, robot.drives.rotor_inertia, step).constants for robot in robots
@@ -283,9 +285,8 @@ class MujocoEngine(Engine):
                 self._contacts.arrays(),
             )
         changes = np.array([robot.drives.change for robot in robots], dtype=np.int64)
-        further = _joined([robot.torque for robot in robots])
         position, velocity = run_steps(
-            first, steps, changes, self._ends, self._drives, further, *self._arguments
+            first, steps, changes, self._ends, self._drives, self._further, *self._arguments
         )
         for robot, begin, end in zip(robots, self._ends, self._ends[1:], strict=False):
             robot.position, robot.velocity = position[begin:end], velocity[begin:end]
