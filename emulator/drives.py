@@ -67,6 +67,27 @@ DRIVE: Final = np.dtype(
 """One drive."""
 
 
+class Drives:
+    """The drives of one robot.
+
+    Args:
+        rotor_inertia: Of each motor, reflected to its joint, (n,), in the order of `bridge.body.joint_tree`,
+            kg m^2.
+    """
+
+    def __init__(self, rotor_inertia: Array) -> None:
+        self.rotor_inertia = rotor_inertia
+        self.records: NDArray[Any] = np.zeros(len(rotor_inertia), DRIVE)
+        """Constants and state, (n,), of `DRIVE`; a drive of zeros has no torque. An engine may move them."""
+        self.change = -1
+        """Step of the next run, from 0, before which the drives take over their next request; -1: none."""
+
+    def move(self, records: NDArray[Any]) -> None:
+        """Keep the records in this memory, (n,), from now on."""
+        records[:] = self.records
+        self.records = records
+
+
 @compiled
 def run_drives(drives: NDArray[Any], position: Array, velocity: Array, torque: Array) -> None:
     """Run the drives for one physics step.

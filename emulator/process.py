@@ -1,18 +1,18 @@
-"""The robot's process: the DCM cycle in real time or in lockstep, and the queries of the link.
+"""The process of a world and its robots: DCM cycles in real time or in lockstep, and the queries of the link.
 
 Both modes put the answer to frame k in force for the cycle from k to k+1 and then publish frame k+1. In real
 time an answer that is not there when the wall clock reaches k+1 is missed, and the joints keep their last
-target. The physics of the cycle runs at its beginning, right after frame k is out, if the drives delay requests
+target. The physics of the cycle runs at its beginning, right after frame k is out, if all drives delay requests
 by a cycle or more: the controller has the whole cycle, and frame k+1 leaves on its boundary. With faster drives
-(the profile `ideal`) the physics runs when the answer is there, and delays the frame. In lockstep the robot
-waits.
+(the profile `ideal`) the physics runs when the answer is there, and delays the frame. In lockstep the world
+waits for the answer of every robot that a controller holds.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from bridge.guard import Guard
 from bridge.host import RobotHost
@@ -21,27 +21,27 @@ from bridge.messages import ActuatorFrame, Notice
 from bridge.messages.dcm import COMMANDS
 from bridge.messages.world import WORLD_COMMAND
 from bridge.recording.observer import Observer
-from emulator.queries import DcmQueries, WorldQueries
+from emulator.queries import DcmQueries, WorldClock, WorldQueries
 from emulator.robot import EmulatedRobot
 from emulator.timing import BoundaryQueue, CycleTimer
+from emulator.world.world import World
 
 RESEND_INTERVAL = 0.2
 """s; interval at which a robot in lockstep repeats an unanswered frame."""
 LONG_PAUSE = 0.5
 """s; a pause of the process of this length is reported."""
 POLL_INTERVAL = 0.005
-"""s; interval at which a paused robot in lockstep polls for commands to the world."""
+"""s; interval at which a paused world in lockstep polls for commands."""
 
 
-class RobotProcess:
-    """Runs an emulated robot behind its link.
+class RobotSide:
+    """A robot behind its link.
 
     Args:
         robot: the emulated robot.
         link: open link, robot side.
         guard: between every command and the robot.
         observers: called in each cycle.
-        stop: set by a signal handler to end the run.
         dry_run: the guard's decisions are published, and none reaches the robot.
     """
 
@@ -51,118 +51,215 @@ class RobotProcess:
         link: RobotLink,
         guard: Guard,
         observers: Sequence[Observer],
-        stop: threading.Event,
         *,
         dry_run: bool = False,
     ) -> None:
-        self._robot, self._link = robot, link
-        self._host = RobotHost(link, guard, observers, dry_run=dry_run, emulated=True)
-        self._observers = observers
-        self._stop = stop
-        self._cycle_time = robot.body.cycle
+        self.robot, self.link = robot, link
+        self.host = RobotHost(link, guard, observers, dry_run=dry_run, emulated=True)
+        self.answered = False
+        """The answer to the present frame is there, in lockstep."""
+        self._answer: ActuatorFrame | None = None
+        self._silent = False
+
+    def serve(self, commands: BoundaryQueue, events: BoundaryQueue, clock: WorldClock) -> None:
+        """Serve the queries and announce the robot.
+
+        Args:
+            commands: where those of the DCM wait for the end of a cycle.
+            events: where those of the world wait for the beginning of a cycle.
+            clock: of the world.
+        """
+        self.link.serve(WORLD_COMMAND, WorldQueries(self.robot, events, self.host.guard, clock).answer)
+        for suffix, answer in DcmQueries(self.robot, commands, self._require).handlers().items():
+            self.link.serve(suffix, answer, sealed=suffix in COMMANDS)
+        self.link.announce()
+
+    def _require(self, lease: int, what: str) -> None:
+        self.link.require_lease(lease, what)
+        self.host.guard.accept_timed(self.robot.seq)
+
+    @property
+    def awaited(self) -> bool:
+        """In lockstep the world waits for an answer."""
+        return self.link.holder is not None and not self.answered and not self.host.needs_cycle
+
+    @property
+    def ready(self) -> bool:
+        """In lockstep the robot has a reason for a cycle."""
+        return self.answered or self.host.needs_cycle
+
+    def receive(self, command: ActuatorFrame) -> None:
+        """Keep a command that answers the present frame."""
+        frame = self.robot.frame
+        if command.reply_to >= frame.seq:  # older ones answer an earlier copy
+            # a refused answer counts too: its sender waits for the next frame
+            self._answer, self.answered = self.host.admit([command], frame.seq), True
+
+    def send_again(self) -> None:
+        """Send the present frame again, if it has no answer."""
+        if not self.answered:
+            self.host.rest_released(self.robot.frame.seq)
+            self.link.publish(self.robot.frame)
+
+    def begin_cycle(self, *, supervised: bool) -> None:
+        """Latch the command of the cycle that begins now: the answer that is there, or the newest one.
+
+        Args:
+            supervised: whether the watchdog counts.
+        """
+        robot, host = self.robot, self.host
+        self._silent = robot.stalls()
+        if self._silent:
+            robot.begin_cycle(None)
+            return
+        answered, self.answered = self.answered, False
+        command = self._answer if answered else host.admit(self.link.commands(), robot.frame.seq)
+        expected = host.expected and not answered
+        if (lights := self.link.leds()) is not None:
+            robot.dcm.light(lights.leds)
+        if robot.dcm.busy:
+            host.guard.timed_waiting()
+        given = host.decide(robot.frame, command, supervised=supervised and not answered)
+        robot.begin_cycle(given, expected=expected)
+
+    def end_cycle(self) -> None:
+        """Publish the new frame, unless the DCM stands still."""
+        if not self._silent:
+            self.publish()
+
+    def restart(self) -> None:
+        """The world has begun again."""
+        self.answered = False
+        self.host.guard.reset()
+        self.publish()
+
+    def publish(self) -> None:
+        """Publish the present frame."""
+        self.host.publish(self.robot.frame, self.robot.truth)
+        self.publish_notices()
+
+    def publish_notices(self) -> None:
+        """Pass on the robot's notices about its world."""
+        for notice in self.robot.take_notices():
+            self.host.emit(notice)
+
+    def report(self) -> None:
+        """Publish the guard's status and the notices between two cycles."""
+        self.host.report()
+        self.publish_notices()
+
+
+class WorldProcess:
+    """Runs the robots of a world behind their links.
+
+    Args:
+        sides: all robots of the world.
+        stop: set by a signal handler to end the run.
+    """
+
+    def __init__(self, sides: Sequence[RobotSide], stop: threading.Event) -> None:
+        self._sides, self._stop = sides, stop
         self._began: float | None = None
-        self._commands, self._events = (BoundaryQueue(wake=link.wake) for _ in range(2))
-        # commands of the DCM wait for the end of a cycle, those of the world for the beginning
-        self._world = WorldQueries(robot, self._events, guard)
-        link.serve(WORLD_COMMAND, self._world.answer)
-        for suffix, answer in DcmQueries(robot, self._commands, self._require).handlers().items():
-            link.serve(suffix, answer, sealed=suffix in COMMANDS)
-        link.announce()
+        self._commands, self._events = (BoundaryQueue(wake=self._wake) for _ in range(2))
+        self._clock = WorldClock()
+        for side in sides:
+            side.serve(self._commands, self._events, self._clock)
+
+    def _wake(self) -> None:
+        for side in self._sides:
+            side.link.wake()
+
+    @property
+    def _world(self) -> World:
+        """Another one after a reset."""
+        return self._sides[0].robot.world
 
     @property
     def wall_seconds(self) -> float:
         """Wall-clock time since the first cycle began, s."""
         return time.monotonic() - self._began if self._began is not None else 0.0
 
-    def _require(self, lease: int, what: str) -> None:
-        self._link.require_lease(lease, what)
-        self._host.guard.accept_timed(self._robot.seq)
-
     def real_time(self, timer: CycleTimer) -> None:
         """Cycle by the wall clock until stopped."""
-        self._publish()
+        cycle_time = self._sides[0].robot.body.cycle
+        for side in self._sides:
+            side.publish()
         while not self._stop.is_set():
             self._run_events()
-            runs = not self._world.paused
+            runs = not self._clock.paused
             if runs:
-                self._robot.run_ahead()
+                self._world.run_ahead()
             before = timer.skipped
             timer.wait()
-            if runs and timer.skipped - before >= LONG_PAUSE / self._cycle_time:
-                self._notify_pause((timer.skipped - before) * self._cycle_time)
+            if runs and timer.skipped - before >= LONG_PAUSE / cycle_time:
+                self._notify_pause((timer.skipped - before) * cycle_time)
             self._commands.run()
-            if runs and not self._robot.run_stalled():
-                self._cycle(self._link.commands(), supervised=self._host.supervised)
-        self._world.close()
+            if runs:
+                self._cycle(lambda side: side.host.supervised)
+        self._clock.end_steps("The robot's process ended.")
 
     def _notify_pause(self, seconds: float) -> None:
         text = (
             f"The robot's process stood still for {seconds:.1f} s of wall clock (suspended, or starved by "
             "other work); the robot goes on where it was."
         )
-        notice = Notice(seq=self._robot.seq, level="warning", code="paused", text=text)
-        self._host.emit(notice)
+        for side in self._sides:
+            side.host.emit(Notice(seq=side.robot.seq, level="warning", code="paused", text=text))
 
     def lockstep(self) -> None:
-        """Cycle by the controller's answers until stopped; an answer that is here by then is still served."""
-        self._publish()
+        """Cycle by the controllers' answers until stopped; answers that are here by then are still served."""
+        sides = self._sides
+        for side in sides:
+            side.publish()
         while not self._stop.is_set():
             self._run_events()
             self._commands.run()
-            if self._world.paused:
+            if self._clock.paused:
                 self._stop.wait(POLL_INTERVAL)
-            elif self._host.needs_cycle or (self._world.steps and self._link.holder is None):
-                self._cycle(self._link.commands(), supervised=self._link.leases.abandoned)
-            else:
-                self._serve(self._link.wait_command(RESEND_INTERVAL))
-        # So that a run that its controller ended has the same frames, however fast the stop follows.
-        last = self._link.commands()
-        if last:
-            self._serve(last[-1])
-        self._world.close()
+            elif not self._cycle_if_due():
+                waits = next((side for side in sides if side.awaited), sides[0])
+                command = waits.link.wait_command(RESEND_INTERVAL)
+                if command is not None:
+                    waits.receive(command)
+                else:
+                    for side in sides:
+                        side.send_again()
+        # So that a run that its controllers ended has the same frames, however fast the stop follows.
+        for side in sides:
+            for last in side.link.commands()[-1:]:
+                side.receive(last)
+        if any(side.answered for side in sides):
+            self._cycle_if_due()
+        self._clock.end_steps("The robot's process ended.")
+
+    def _cycle_if_due(self) -> bool:
+        """Run a cycle if there is a reason for it and no answer is awaited; whether it ran."""
+        due = self._clock.steps or any(side.ready for side in self._sides)
+        if not due or any(side.awaited for side in self._sides):
+            return False
+        self._cycle(lambda side: side.link.leases.abandoned)
+        return True
 
     def _run_events(self) -> None:
-        """Carry out the events of robot and world between two cycles."""
+        """Carry out the events of robots and world between two cycles."""
         self._events.run()
-        if self._world.restarted:
-            self._world.restarted = False
-            self._host.guard.reset()
-            self._publish()
-        self._host.report()
-        self._publish_notices()
+        restarted, self._clock.restarted = self._clock.restarted, False
+        for side in self._sides:
+            if restarted:
+                side.restart()
+            side.report()
 
-    def _serve(self, command: ActuatorFrame | None) -> None:
-        """One cycle, if this answers the present frame; without any answer the frame is sent again."""
-        if command is None:
-            self._host.rest_released(self._robot.frame.seq)
-            self._link.publish(self._robot.frame)
-        elif command.reply_to >= self._robot.frame.seq:  # older ones answer an earlier copy
-            accepted = self._host.admit([command], self._robot.frame.seq)
-            # a refused answer counts too: its sender waits for the next frame
-            self._run(accepted, supervised=False, answered=True)
+    def _cycle(self, supervised: Callable[[RobotSide], bool]) -> None:
+        """One cycle of all robots.
 
-    def _cycle(self, commands: Sequence[ActuatorFrame], *, supervised: bool) -> None:
-        """One cycle, with or without a command."""
-        self._run(self._host.admit(commands, self._robot.frame.seq), supervised=supervised)
-
-    def _run(self, command: ActuatorFrame | None, *, supervised: bool, answered: bool = False) -> None:
+        Args:
+            supervised: whether a robot's watchdog counts.
+        """
         if self._began is None:
             self._began = time.monotonic()
-        expected = self._host.expected and not answered
-        if (lights := self._link.leds()) is not None:
-            self._robot.dcm.light(lights.leds)
-        if self._robot.dcm.busy:
-            self._host.guard.timed_waiting()
-        given = self._host.decide(self._robot.frame, command, supervised=supervised)
-        self._robot.advance(given, expected=expected)
-        self._publish()
-        self._world.cycle_done()
-
-    def _publish(self) -> None:
-        self._host.publish(self._robot.frame, self._robot.truth)
-        self._publish_notices()
-
-    def _publish_notices(self) -> None:
-        """Pass on the robot's notices about its world."""
-        for notice in self._robot.take_notices():
-            self._host.emit(notice)
+        for side in self._sides:
+            side.begin_cycle(supervised=supervised(side))
+        self._world.end_cycle()
+        for side in self._sides:
+            side.end_cycle()
+        self._clock.cycle_done()

@@ -118,32 +118,69 @@ def _refusal(method: str, reason: str) -> Handler:
     return refuse
 
 
-class WorldQueries:
-    """Handler of the query `world/command`, and whether the world runs.
+class WorldClock:
+    """Whether a world runs."""
 
-    Args:
-        robot: Touched at cycle boundaries only.
-        boundary: Where commands wait for them.
-        guard: Of the robot; informed when the robot is put on its feet.
-    """
-
-    def __init__(self, robot: EmulatedRobot, boundary: BoundaryQueue, guard: Guard) -> None:
-        self._robot, self._boundary, self._guard = robot, boundary, guard
-        self._paused = False
+    def __init__(self) -> None:
+        self._stopped = False
         self._steps = 0
-        self._stepping: Future[WorldReply] | None = None
+        self._stepping: tuple[Future[WorldReply], Callable[[str], WorldReply]] | None = None
         self.restarted = False
-        """The robot was reset; the publisher of its frames notices and clears it."""
+        """The world was reset; the publisher of its frames notices and clears it."""
+
+    @property
+    def stopped(self) -> bool:
+        """It stands still but for the cycles of a `step` command."""
+        return self._stopped
 
     @property
     def paused(self) -> bool:
         """No cycle is to be run now."""
-        return self._paused and self._steps == 0
+        return self._stopped and self._steps == 0
 
     @property
     def steps(self) -> bool:
         """Cycles of a `step` command are running."""
         return self._steps > 0
+
+    def stop(self, stopped: bool, text: str) -> None:
+        """Stop or resume; cycles that are running end with this text."""
+        self._stopped = stopped
+        self.end_steps(text)
+
+    def start_steps(self, cycles: int, reply: Callable[[str], WorldReply]) -> Future[WorldReply]:
+        """Let so many cycles run, then stop; they are answered with a reply that holds a text."""
+        self.stop(True, "Other cycles were asked for.")
+        self._steps, self._stepping = cycles, (Future(), reply)
+        return self._stepping[0]
+
+    def end_steps(self, text: str) -> None:
+        """Answer the running cycles: they have run, or are ended."""
+        stepping, self._stepping, self._steps = self._stepping, None, 0
+        if stepping is not None:
+            done, reply = stepping
+            done.set_result(reply(text))
+
+    def cycle_done(self) -> None:
+        """The loop has run a cycle."""
+        if self._steps > 0:
+            self._steps -= 1
+            if self._steps == 0:
+                self.end_steps("The cycles have run.")
+
+
+class WorldQueries:
+    """Handler of the query `world/command` of one robot.
+
+    Args:
+        robot: Touched at cycle boundaries only.
+        boundary: Where commands wait for them.
+        guard: Of the robot; informed when the robot is put on its feet.
+        clock: Of the world.
+    """
+
+    def __init__(self, robot: EmulatedRobot, boundary: BoundaryQueue, guard: Guard, clock: WorldClock) -> None:
+        self._robot, self._boundary, self._guard, self._clock = robot, boundary, guard, clock
 
     def answer(self, payload: bytes) -> bytes:
         """Carry out one command; any thread but the loop's.
@@ -155,35 +192,25 @@ class WorldQueries:
         command = decode_command(payload, WorldCommand, "World command")
         if not isinstance(command, Step):
             return encode(self._boundary.call(lambda: self._execute(command)))
-        done = self._boundary.call(lambda: self._start_steps(command.cycles))
+        done = self._boundary.call(lambda: self._clock.start_steps(command.cycles, self._reply))
         try:
             return encode(done.result(MAX_STEP_WAIT))
         except FutureTimeoutError:
             raise LinkError(f"The {command.cycles} cycles were not done within {MAX_STEP_WAIT:g} s.") from None
 
-    def cycle_done(self) -> None:
-        """The loop has run a cycle."""
-        if self._steps > 0:
-            self._steps -= 1
-            if self._steps == 0:
-                self._end_steps("The cycles have run.")
-
-    def close(self) -> None:
-        """End the loop: waiting steps are answered."""
-        self._end_steps("The robot's process ended.")
-
     def _execute(self, command: WorldCommand) -> WorldReply:
         text = "Nothing was done."
         if isinstance(command, Pause):
-            self._paused, text = True, "The world stands still."
-            self._end_steps("The cycles were ended by a pause.")
+            text = "The world stands still."
+            self._clock.stop(True, "The cycles were ended by a pause.")
         elif isinstance(command, Resume):
-            self._paused, text = False, "The world runs."
-            self._end_steps("The world runs on.")
+            text = "The world runs."
+            self._clock.stop(False, "The world runs on.")
         elif isinstance(command, Reset):
-            self._end_steps("The world begins again.")
+            text = "The world begins again."
+            self._clock.end_steps(text)
             self._robot.reset()
-            self.restarted, text = True, "The world begins again."
+            self._clock.restarted = True
         elif isinstance(command, StandUp):
             if self._guard.moves and not self._robot.truth().fell:
                 raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")
@@ -199,24 +226,13 @@ class WorldQueries:
             reply = msgspec.structs.replace(reply, terrain=self._robot.world.terrain)
         return reply
 
-    def _start_steps(self, cycles: int) -> Future[WorldReply]:
-        self._end_steps("Other cycles were asked for.")
-        self._paused, self._steps = True, cycles
-        self._stepping = Future()
-        return self._stepping
-
-    def _end_steps(self, text: str) -> None:
-        stepping, self._stepping, self._steps = self._stepping, None, 0
-        if stepping is not None:
-            stepping.set_result(self._reply(text))
-
     def _reply(self, text: str) -> WorldReply:
         robot = self._robot
         return WorldReply(
             text=text,
             seq=robot.seq,
             time=robot.time,
-            paused=self._paused,
+            paused=self._clock.stopped,
             floor=robot.world.tilt,
             friction=robot.world.surface.friction,
             objects=robot.world_events.objects(),

@@ -12,12 +12,11 @@ from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.quantities import standing_height
 from bridge.dcm import Dcm
-from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
-from bridge.types import Closing, Quaternion
-from emulator.engine.catalogue import AUTO, open_engine
-from emulator.engine.values import SETTINGS, PhysicsSettings
+from bridge.types import Closing, Quaternion, Vec3
+from emulator.engine.catalogue import AUTO
+from emulator.engine.settings import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
 from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
@@ -26,6 +25,7 @@ from emulator.servo.servo import Servo
 from emulator.start import StartPose, build_world, place, place_lying, start_pose, start_posture, timeline
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
+from emulator.world.world import World
 
 IDEAL: Final = WearProfile(name="ideal")
 
@@ -33,7 +33,8 @@ IDEAL: Final = WearProfile(name="ideal")
 class EmulatedRobot(Closing):
     """A NAO in a physics engine, behind its emulated DCM.
 
-    It starts in its posture with full stiffness and holds it until the first command.
+    It starts in its posture with full stiffness and holds it until the first command. Alone it has a world of
+    its own, which `advance` runs; one of several is run by their world.
 
     Args:
         body: Data sheet.
@@ -41,17 +42,22 @@ class EmulatedRobot(Closing):
         posture: Start posture by name, or 25 angles in frame order, rad; None: the scenario's.
         settings: Of the physics.
         engine: Name of the physics engine; `auto`: PyBullet where it is installed, else MuJoCo.
-        scenario: Ground, and the events.
+        scenario: Ground, start, and the events.
         wear: State of the drives and sensors.
         settle: Time in which the robot may settle into its posture before `seq` 0, s.
         orientation: Of the torso at the start; None: soles level.
         lift: Height of the soles over the floor at the start, m.
         held: The torso is nailed to the world (test benches).
         start: Pose to begin in, a name of `emulator.scenarios.START_NAMES`; None: the scenario's.
+        name: Of the robot in its world.
+        at: Place of the torso on the floor at the start, x and y in m, and its heading, rad; None: the
+            scenario's.
+        world: Of several robots, in place of `settings`, `engine` and the scenario's ground; who makes it
+            calls its `start`.
 
     Raises:
-        ConfigurationError: unknown posture, a cycle that is no whole number of physics steps, no such engine,
-            or a box of the scenario inside the robot.
+        ConfigurationError: unknown posture, a cycle that is no whole number of physics steps or not the
+            world's, no such engine, or a box of the scenario or another robot inside the robot.
     """
 
     def __init__(
@@ -69,118 +75,107 @@ class EmulatedRobot(Closing):
         lift: float = 0.0,
         held: bool = False,
         start: str | None = None,
+        name: str = "nao",
+        at: Vec3 | None = None,
+        world: World | None = None,
     ) -> None:
+        self.name, self.body = name, body
         self._start = start_pose(scenario.start.pose if start is None else start)
-        self.body = body
         self._seed = seed
         self.posture = start_posture(scenario.start.posture if posture is None else posture)
         """Posture at the start and after `stand_up`: 25 angles in frame order, rad."""
         self._scenario = scenario
         self._wear = wear
-        self._settle = round(settle / body.cycle)
+        self.settle = round((settle if self._start is None else self._start.settle) / body.cycle)
+        """Cycles in which it settles into its start pose."""
         self._orientation, self._lift, self._held = orientation, lift, held
-        self._steps = settings.steps(body)
-        self.engine = open_engine(engine, settings)
-        """The physics; its robot and its scene are new ones after a reset."""
-        self._build()
+        place = scenario.start
+        self._at = (place.x, place.y, math.radians(place.yaw)) if at is None else at
+        self._alone = world is None
+        self._build(build_world(engine, settings, scenario, seed) if world is None else world)
+        if self._alone:
+            self.world.start()
 
-    def _build(self) -> None:
+    def _build(self, world: World) -> None:
         """State that a reset replaces."""
-        body, engine, wear = self.body, self.engine, self._wear
+        body, wear = self.body, self._wear
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
         # children draw from streams of their own: a scenario does not change the noise of the sensors
-        terrain, chance = self.random.spawn(2)
-        self.world = build_world(engine, self._scenario, terrain)
+        _, self._chance = self.random.spawn(2)
+        self.world, self.engine = world, world.engine
+        self._steps = self.engine.settings.steps(body)
+        world.add(self)
         joints = tuple(joint_tree(body))
         request = np.array([self.posture[INDEX_WITH_MIRROR[name]] for name in joints])
-        self.servo = Servo(body, joints, wear.servo, request, engine.settings.step)
+        self.servo = Servo(body, joints, wear.servo, request, self.engine.settings.step)
         """The drives of all joints."""
-        engine.add_robot(body, self.servo.rotor_inertia, held=self._held)
-        start = self._scenario.start
-        at = (start.x, start.y, math.radians(start.yaw))
+        self.multibody = self.engine.add_robot(body, self.servo.drives, held=self._held)
+        """The robot in the physics."""
         if self._start is None:
-            self._place(at)
+            self._place(self._at)
         else:
-            place_lying(self.world, body, self._start, at)
-        self._require_room()
-        placed_upright = upright(engine.robot.torso())
+            place_lying(world, self.multibody, self._start, self._at)
+        world.require_room(self)
+        self._torso = self.multibody.state()
+        self._placed_upright = upright(self._torso)
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames pass through it too."""
-        self._torso = engine.robot.torso()
-        self.sensors = Sensors(body, wear.sensors, self.random, engine, charger=self._scenario.charger)
+        charger = self._scenario.charger
+        self.sensors = Sensors(body, wear.sensors, self.random, self.engine, self.multibody, charger=charger)
         """All sensors; `sensors.touch` presses buttons."""
         self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
-        self._let_settle()
-        self.fell_over = placed_upright and not upright(self._torso)
+        self._settling = True
+        if self._start is not None:
+            self._release(self._start)
+
+    def begin_run(self) -> None:
+        """See `Inhabitant`."""
+        self._settling = False
+        self.fell_over = self._placed_upright and not upright(self._torso)
         """Whether it was placed upright and fell before its first cycle."""
-        self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
-        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._notify)
+        events, faults = timeline(self._scenario), self._scenario.faults
+        if self.world.robots[0] is not self:  # the scenario's are of the first robot
+            events, faults = [], ()
+        self.world_events = EventExecutor(self.world, self.multibody, events, self._notify)
         """Carries out the events in the world."""
-        rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
-        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._notify)
+        rezero = self.sensors.inertial.rezero
+        self.faults = Faults(self.multibody, self.servo, rezero, faults, self._chance, self._notify)
         """Faults in force and planned."""
         self._command = -1
         self._missed = 0
-        self._ahead = False
-        """The physics of the present cycle has run already."""
         self.frame = self._sample()
         """The present boundary's sensor frame."""
 
     def _place(self, at: tuple[float, float, float]) -> None:
         """Put the robot into its start posture at x, y (m) and yaw (rad) of the floor."""
-        place(self.world, self.body, self.posture, self._orientation, self._lift, at)
-
-    def _require_room(self) -> None:
-        """Raises ConfigurationError where a box overlaps the robot."""
-        for name in self.world.boxes:
-            if self.world.in_robot(name):
-                raise ConfigurationError(
-                    f"Box `{name}` of the scenario stands inside {self.body.name} at its start; give the box "
-                    "or the start another place."
-                )
-
-    def _let_settle(self) -> None:
-        """Run until the robot has settled into its start pose; one that does not stand upright is limp then."""
-        pose = self._start
-        if pose is not None:
-            self._release(pose)
-        for _ in range(self._settle if pose is None else round(pose.settle / self.body.cycle)):
-            self._step_physics(None)
-            self._measure()
+        place(self.world, self.multibody, self.posture, self._orientation, self._lift, at)
 
     def _release(self, pose: StartPose) -> None:
         """Hold a pose with the stiffness in which it rests."""
         stiffness = (pose.rest,) * N_JOINTS
-        self.servo.start(self.engine.robot.position)
+        self.servo.start(self.multibody.position)
         self.servo.latch(pose.angles, stiffness)
         self.dcm.put_frame(pose.angles, stiffness)
 
-    def _step_physics(self, before_step: Callable[[], None] | None) -> None:
-        """Drives and physics over one cycle; the world may act before every physics step."""
-        engine, servo = self.engine, self.servo
-        engine.begin_cycle()
-        if before_step is None:
-            engine.run(servo.drives, self._steps, servo.advance(self._steps))
-        else:
-            for _ in range(self._steps):
-                before_step()
-                engine.run(servo.drives, 1, servo.advance(1))
+    def begin_physics(self) -> Callable[[], None] | None:
+        """See `Inhabitant`."""
+        self.servo.advance(self._steps)
+        return None if self._settling else self.world_events.begin_cycle(self.time)
 
-    def _measure(self) -> None:
-        """Update drives, sensors and contacts by the cycle that ends now."""
+    def measure(self) -> None:
+        """Update drives and sensors by the cycle that ends now."""
         self.servo.end_cycle()
-        self._torso = self.engine.robot.torso()
+        self._torso = self.multibody.state()
         self.sensors.update(self._torso, self.servo.drawn())
-        self._contacts = self.engine.contacts()
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
-        """Latch the command, run one cycle, sample.
+        """Run one cycle of a robot that is alone: latch the command, run the physics, sample.
 
         Args:
             command: The newest command, or None: the last one stays in force.
@@ -192,17 +187,19 @@ class EmulatedRobot(Closing):
         Raises:
             FrameError: a position or stiffness that is not a finite number.
         """
+        self.skip_stalled()
         self.begin_cycle(command, expected=expected)
-        self.run_physics()
-        return self.end_cycle()
+        self.world.end_cycle()
+        return self.frame
 
     def begin_cycle(self, command: ActuatorFrame | None, *, expected: bool = False) -> None:
-        """The first part of `advance`: latch the command."""
+        """The first part of a cycle: latch the command, which a DCM that has stopped (a fault) ignores."""
         if command is not None:
             require_finite("position", command.position)
             require_finite("stiffness", command.stiffness)
-        while self.run_stalled():
-            pass
+        if self.stalls():
+            self.dcm.skip_cycle()
+            return
         command = self.faults.apply_command_faults(command)
         if command is not None:
             self.dcm.put_frame(command.position, command.stiffness)
@@ -211,58 +208,39 @@ class EmulatedRobot(Closing):
             self._missed += 1
         targets = self.dcm.run_cycle()
         if targets is not None:
-            elapsed = self._steps if self._ahead else 0
+            elapsed = self._steps if self.world.ahead else 0
             self.servo.latch(targets.position, targets.stiffness, elapsed)
             self._hands.latch(targets.position, targets.stiffness)
 
     def run_physics(self) -> None:
-        """The second part of `advance`: several robots may run theirs in threads at the same time."""
-        if not self._ahead:
-            self._step_physics(self.world_events.begin_cycle(self.time))
+        """The second part of a robot's cycle that is alone: several may run theirs in threads together."""
+        self.world.run_physics()
 
     def end_cycle(self) -> SensorFrame:
-        """The last part of `advance`: measure, and return the frame of the new boundary."""
-        if not self._ahead:
-            self._measure()
-        self._next_cycle()
-        self.frame = self._sample()
+        """The last part of a cycle: measure, and return the newest frame; a stalled DCM gives no new one."""
+        if not self.world.ahead:
+            self.measure()
+        self._hands.run_cycle(self.body.cycle)
+        self._seq += 1
+        if not self.faults.stalled:
+            self.frame = self._sample()
         return self.frame
 
-    def run_ahead(self) -> None:
-        """Run the physics of the cycle that begins now, before its command is there.
+    def runs_ahead(self) -> bool:
+        """See `Inhabitant`."""
+        return self.servo.delay_steps >= self._steps and not self.stalls()
 
-        Only if the drives delay requests by a cycle or more, so that its command cannot act within it;
-        otherwise nothing happens. The frames are the same as without.
-        """
-        if self._ahead or self.servo.delay_steps < self._steps:
-            return
-        self.faults.begin_cycle(self.time)
-        if not self.faults.stalled:
-            self.run_physics()
-            self._measure()
-            self._ahead = True
+    def stalls(self) -> bool:
+        """Whether the DCM stands still in the cycle that begins now (a fault): no commands, no frame."""
+        if not self.world.ahead:
+            self.faults.begin_cycle(self.time)
+        return self.faults.stalled
 
-    def run_stalled(self) -> bool:
-        """Run one cycle if the DCM has stopped (a fault): no commands, no frame; False if it has not.
-
-        `advance` does so by itself; who keeps to a wall clock calls this once per cycle before it.
-        """
-        if self._ahead:
-            return False
-        self.faults.begin_cycle(self.time)
-        if not self.faults.stalled:
-            return False
-        self.dcm.skip_cycle()
-        self.run_physics()
-        self._measure()
-        self._next_cycle()
-        return True
-
-    def _next_cycle(self) -> None:
-        """Run to the next boundary."""
-        self._hands.run_cycle(self.body.cycle)
-        self._ahead = False
-        self._seq += 1
+    def skip_stalled(self) -> None:
+        """Run a robot that is alone until its DCM runs."""
+        while self.stalls():
+            self.begin_cycle(None)
+            self.world.end_cycle()
 
     @property
     def seq(self) -> int:
@@ -289,8 +267,8 @@ class EmulatedRobot(Closing):
 
     def _sample(self) -> SensorFrame:
         frame = self._sampler.sample(
-            self.engine.robot.position,
-            self._contacts,
+            self.multibody.position,
+            self.multibody.contacts,
             seq=self._seq,
             time=self.time,
             command=self._command,
@@ -301,11 +279,9 @@ class EmulatedRobot(Closing):
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
         height = self.world.clearance(self._torso.position) / standing_height(self.body)
-        joints = self._sampler.angles(self.engine.robot.position)
-        com = self.engine.robot.com()
-        return truth_frame(
-            self._seq, self.time, self._torso, self._contacts, joints, com, height, self.dcm.leds
-        )
+        joints, com = self._sampler.angles(self.multibody.position), self.multibody.com()
+        contacts = self.multibody.contacts
+        return truth_frame(self._seq, self.time, self._torso, contacts, joints, com, height, self.dcm.leds)
 
     def stand_up(self) -> tuple[str, ...]:
         """Put a lying robot on its feet where it is, held in its start posture with full stiffness.
@@ -314,13 +290,12 @@ class EmulatedRobot(Closing):
             Names of the movable boxes in its place; they are removed.
         """
         x, y, _ = self.world.to_floor(self._torso.position)
-        self.engine.robot.hold_torso(False)
         self._place((x, y, self._torso.heading))
-        self.servo.start(self.engine.robot.position)
+        self.servo.start(self.multibody.position)
         self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
-        self._torso = self.engine.robot.torso()
+        self._torso = self.multibody.state()
         self.sensors.inertial.start(self._torso)
-        return self.world.clear_robot()
+        return self.world.clear_robots()
 
     def lay_down(self, pose: str | StartPose) -> tuple[str, ...]:
         """Put the robot where it is into a start pose, limp; it settles from now on.
@@ -338,17 +313,33 @@ class EmulatedRobot(Closing):
         if found is None:
             return self.stand_up()
         x, y, _ = self.world.to_floor(self._torso.position)
-        place_lying(self.world, self.body, found, (x, y, self._torso.heading))
+        place_lying(self.world, self.multibody, found, (x, y, self._torso.heading))
         self._release(found)
-        self._torso = self.engine.robot.torso()
+        self._torso = self.multibody.state()
         self.sensors.inertial.start(self._torso)
-        return self.world.clear_robot()
+        return self.world.clear_robots()
 
     def reset(self) -> None:
-        """Restart: same posture, same seed, `seq` 0."""
-        self.engine.reset()
-        self._build()
+        """Restart its world with all robots in it: same postures, same seeds, `seq` 0."""
+        robots = [robot for robot in self.world.robots if isinstance(robot, EmulatedRobot)]
+        rebuilt(self.world, robots).start()
 
     def close(self) -> None:
-        """Free the physics engine; may be called twice."""
-        self.engine.close()
+        """Free the physics engine of a robot that is alone; may be called twice."""
+        if self._alone:
+            self.engine.close()
+
+
+def rebuilt(world: World, robots: Sequence[EmulatedRobot]) -> World:
+    """The world as it was at its beginning, before its start, in place of this one.
+
+    Args:
+        world: Of a scenario; it is closed.
+        robots: Of it, that are put into the new one.
+    """
+    assert world.again is not None
+    world.engine.close()
+    new = world.again()
+    for robot in robots:
+        robot._build(new)
+    return new

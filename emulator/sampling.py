@@ -19,7 +19,7 @@ from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import Contact, SensorFrame, TruthFrame
 from bridge.types import Array, Vec3
 from emulator.compiled import compiled
-from emulator.engine.values import FootLoad, GroundContacts, TorsoState
+from emulator.engine.values import BodyState, FootLoad, GroundContacts
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
 
@@ -164,7 +164,7 @@ FALLEN_HEIGHT: Final = 0.5
 def truth_frame(
     seq: int,
     time: float,
-    torso: TorsoState,
+    torso: BodyState,
     contacts: GroundContacts,
     joints: tuple[float, ...],
     com: Vec3,
@@ -200,7 +200,7 @@ def truth_frame(
     )
 
 
-def upright(torso: TorsoState) -> bool:
+def upright(torso: BodyState) -> bool:
     """Whether the torso leans by less than the tilt of a fallen robot."""
     return bool(torso.rotation[8] >= math.cos(FALLEN_TILT))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -21,13 +22,16 @@ from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendul
 from bridge.messages.world_state import Terrain
 from bridge.types import Quaternion
 from bridge.validation import unknown_name
-from emulator.engine.base import Engine
+from emulator.engine.base import Multibody
+from emulator.engine.catalogue import open_engine
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS, link_shapes, lowest_point, sole_points
+from emulator.engine.values import Box, HeightField
 from emulator.poses import ORIGIN, Pose, compose, inverse, point_of, quaternion, yaw_of
 from emulator.scenarios import START_NAMES
 from emulator.scenarios.model import Scenario, terrain_of
 from emulator.world.events import WorldEvent
-from emulator.world.world import SURFACES, World
+from emulator.world.world import SURFACES, World, solid
 
 _FOUNDATION_DEPTH = 0.02
 """Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
@@ -35,25 +39,29 @@ _FOUNDATION_DEPTH = 0.02
 
 def add_terrain(world: World, terrain: Terrain) -> None:
     """Fix tiles and heightfield on the floor of a world."""
-    scene = world.engine.scene
+    engine = world.engine
     if terrain.grid is not None:
         grid = terrain.grid
         heights = np.array(grid.heights, dtype=np.float64)
-        scene.add_heightfield("terrain grid", heights, grid.spacing, (*grid.centre, 0.0))
-    for number, tile in enumerate(terrain.tiles):
+        engine.add(HeightField(heights, grid.spacing), Pose((*grid.centre, 0.0)))
+    for tile in terrain.tiles:
         size = (tile.edge, tile.edge, tile.height + _FOUNDATION_DEPTH)
         pose = Pose((*tile.at, size[2] / 2.0 - _FOUNDATION_DEPTH))
-        scene.add_box(f"terrain tile {number}", size, pose)
+        engine.add(Box(size), pose)
     world.terrain = terrain
 
 
-def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator) -> World:
+def build_world(engine: str, settings: PhysicsSettings, scenario: Scenario, seed: int) -> World:
     """The world of a scenario as it is before anything happens.
 
     Args:
-        engine: With an empty world.
+        engine: Name of the physics engine, or `auto`.
+        settings: Of the physics.
         scenario: The world to build.
-        random: For tiles and heightfields without a seed of their own.
+        seed: For tiles and heightfields without a seed of their own: the first child of its generator.
+
+    Raises:
+        ConfigurationError: no such engine.
     """
     floor = scenario.floor
     surface = SURFACES[floor.surface]
@@ -61,18 +69,13 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
         surface = replace(surface, friction=floor.friction)
     if floor.stiffness is not None:
         surface = replace(surface, stiffness_per_area=floor.stiffness)
-    world = World(engine, surface, math.radians(floor.roll), math.radians(floor.pitch))
-    add_terrain(world, terrain_of(scenario, random))
+    opened = open_engine(engine, settings)
+    world = World(opened, surface, math.radians(floor.roll), math.radians(floor.pitch))
+    world.again = partial(build_world, engine, settings, scenario, seed)
+    add_terrain(world, terrain_of(scenario, np.random.default_rng(seed).spawn(2)[0]))
     for box in scenario.boxes:
-        world.add_box(
-            box.name,
-            box.size,
-            box.at,
-            math.radians(box.yaw),
-            height=box.height,
-            mass=box.mass,
-            friction=box.friction,
-        )
+        shape = solid(box.shape, box.size, box.mass, box.friction)
+        world.add_object(box.name, shape, box.at, math.radians(box.yaw), height=box.height)
     for thing in scenario.things:
         yaw = math.radians(thing.yaw)
         world.place_thing(thing.name, thing.kind, thing.at, yaw, thing.height, thing.size)
@@ -223,7 +226,7 @@ def start_posture(posture: str | Sequence[float]) -> tuple[float, ...]:
 
 def place(
     world: World,
-    body: Body,
+    robot: Multibody,
     angles: Sequence[float],
     orientation: Quaternion | None,
     lift: float,
@@ -233,25 +236,23 @@ def place(
 
     Args:
         world: With the ground; the pose is meant in its floor's frame.
-        body: Data sheet of the robot.
+        robot: In the world.
         angles: 25 joint angles in frame order, rad.
         orientation: Of the torso; None: the left sole is parallel to the floor and the torso looks along x.
         lift: Height of the lowest corner of the soles above the ground, m.
         at: Place of the torso on the floor, x and y in m, and its heading, rad.
     """
-    robot = world.engine.robot
-    robot.set_joints([angles[INDEX_WITH_MIRROR[name]] for name in robot.joints])
-    robot.set_torso(ORIGIN)
-    soles = {side: robot.link_pose(link) for side, link in FOOT_LINKS.items()}
+    robot.place(ORIGIN, joints=[angles[INDEX_WITH_MIRROR[name]] for name in robot.joints])
+    soles = {side: robot.state(link).pose for side, link in FOOT_LINKS.items()}
     turned = Pose(orientation=_level(soles["L"].orientation) if orientation is None else orientation)
     corners = [
         point_of(compose(turned, sole), corner)
         for side, sole in soles.items()
-        for corner in sole_points(body, side).tolist()
+        for corner in sole_points(robot.body, side).tolist()
     ]
     lowest = min(0.0, *(corner[2] for corner in corners))
     where = _on_ground(world, [(x, y) for x, y, _ in corners], at, lift - lowest)
-    robot.set_torso(compose(world.pose, compose(where, turned)))
+    robot.place(compose(world.pose, compose(where, turned)))
 
 
 def _on_ground(
@@ -283,29 +284,26 @@ def _on_ground(
 
 
 def place_lying(
-    world: World, body: Body, pose: StartPose, at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    world: World, robot: Multibody, pose: StartPose, at: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> None:
     """Put the robot at rest with its lowest point on or over the ground, or on a hook; then let it settle.
 
     Args:
         world: With the ground.
-        body: Data sheet of the robot.
+        robot: In the world.
         pose: Joints and torso.
         at: Place of the torso on the floor, x and y in m, and its heading, rad.
     """
-    robot = world.engine.robot
-    robot.hold_torso(False)
     if pose.orientation is None:
-        place(world, body, pose.angles, None, 0.0, at)
+        place(world, robot, pose.angles, None, 0.0, at)
         return
-    robot.set_joints([pose.angles[INDEX_WITH_MIRROR[name]] for name in robot.joints])
     turned = Pose(orientation=pose.orientation)
-    robot.set_torso(turned)
-    lowest = min(lowest_point(shape, robot.link_pose(link)) for link, shape in link_shapes(body).items())
+    robot.place(turned, joints=[pose.angles[INDEX_WITH_MIRROR[name]] for name in robot.joints])
+    shapes = link_shapes(robot.body)
+    lowest = min(lowest_point(shape, robot.state(link).pose) for link, shape in shapes.items())
     around = [(0.1 * i, 0.1 * j) for i in range(-3, 4) for j in range(-3, 4)]
     where = _on_ground(world, around, at, pose.height - lowest)
-    robot.set_torso(compose(world.pose, compose(where, turned)))
-    robot.hold_torso(pose.held)
+    robot.place(compose(world.pose, compose(where, turned)), held=pose.held)
 
 
 def _level(sole: Quaternion) -> Quaternion:

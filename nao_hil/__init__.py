@@ -1,9 +1,9 @@
 """nao-hil: an emulated NAO robot, a walking controller for it, and the link between them.
 
-`Robot` is the emulated robot in this process, `Batch` many of them, `walk` a whole walk. `connect` controls any
-robot on the link, emulated or real. `WalkClient` commands a walker, `WorldClient` the world of an emulated
-robot. `load` gives a recorded run as arrays. `JOINTS` names the 25 joints in the order of all frames; the base
-of all errors, each with one sentence, is `NaoHilError`.
+`Robot` is the emulated robot in this process, `Batch` many of them, `World` several in one world, `walk` a
+whole walk. `connect` controls any robot on the link, emulated or real. `WalkClient` commands a walker,
+`WorldClient` the world of an emulated robot. `load` gives a recorded run as arrays. `JOINTS` names the 25 joints
+in the order of all frames; the base of all errors, each with one sentence, is `NaoHilError`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,22 @@ if TYPE_CHECKING:
     from nao_hil.connection import connect
     from nao_hil.robot import Robot, walk
     from nao_hil.runs.run import load
+    from nao_hil.world import World
 
     __version__: str
 
-__all__ = ["JOINTS", "Batch", "NaoHilError", "Robot", "WalkClient", "WorldClient", "connect", "load", "walk"]
+__all__ = [
+    "JOINTS",
+    "Batch",
+    "NaoHilError",
+    "Robot",
+    "WalkClient",
+    "World",
+    "WorldClient",
+    "connect",
+    "load",
+    "walk",
+]
 
 _HOME: Final = {
     "JOINTS": "bridge.body.joints",
@@ -30,6 +42,7 @@ _HOME: Final = {
     "NaoHilError": "bridge.errors",
     "Robot": "nao_hil.robot",
     "WalkClient": "bridge.link.client",
+    "World": "nao_hil.world",
     "WorldClient": "bridge.link.client",
     "connect": "nao_hil.connection",
     "load": "nao_hil.runs.run",

@@ -16,6 +16,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.types import Array
+from emulator.engine.catalogue import ENGINES, choose_engine
 from nao_hil.arguments import UnreachableAngles, whole_seed
 from nao_hil.robot import Robot
 
@@ -81,7 +82,7 @@ class Batch:
         if threads is not None and (not isinstance(threads, int) or threads < 1):
             raise ConfigurationError(f"threads is {threads!r}; a whole number from 1 on is expected, or None.")
         wears, scenarios = _each("wear", wear, len(own)), _each("scenario", scenario, len(own))
-        self._pool = _Pool(1 if engine != "mujoco" else threads, len(own))
+        self._pool = _Pool(threads if ENGINES[choose_engine(engine)].parallel else 1, len(own))
         self._open = True
         self._unreachable = UnreachableAngles()
         made: dict[int, Robot] = {}
@@ -152,6 +153,7 @@ class Batch:
         # Only the physics runs in threads: elsewhere they would wait for Python's lock. And the processor has
         # each part's code at hand for all robots.
         for i in chosen:
+            robots[i].skip_stalled()
             robots[i].begin_cycle(commands[i])
         self._pool.map(lambda i: robots[i].run_physics() if i in chosen else None)
         for i in chosen:

@@ -124,7 +124,7 @@ class Robot:
                 raise ConfigurationError(
                     f"{name} is {size!r}; whole pixels from 1 to {MAX_PIXELS} are expected."
                 )
-        x, y, z = self._robot.engine.robot.torso().position
+        x, y, z = self._robot.multibody.state().position
         return self._robot.engine.picture(
             PinholeCamera((x + 1.0, y + 0.7, z + 0.3), (x, y, z), width, height, 0.8)
         )

@@ -11,8 +11,9 @@ from emulator.servo.servo import Servo
 
 def torques(servo: Servo, position: Array, velocity: Array) -> Array:
     """Torques (n,), N m, of one step for joint angles (n,), rad, and velocities (n,), rad/s."""
-    if servo.advance(1) == 0:
-        take_over(servo.drives)
+    servo.advance(1)
+    if servo.drives.change == 0:
+        take_over(servo.drives.records)
     found = np.zeros(len(position))
-    run_drives(servo.drives, position, velocity, found)
+    run_drives(servo.drives.records, position, velocity, found)
     return found

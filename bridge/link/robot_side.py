@@ -52,13 +52,21 @@ class RobotLink(Closing):
         info: of the robot; its `robot` is the id in every key.
         listen: Zenoh endpoint to listen on.
         announced: other parties see the robot at once; False: from `announce` on.
+        beside: another robot's link of this process, whose endpoint this one shares; it is closed last.
 
     Raises:
         ConfigurationError: bad id or endpoint.
         LinkError: the endpoint cannot be listened on.
     """
 
-    def __init__(self, info: Info, listen: str = keys.DEFAULT_ENDPOINT, *, announced: bool = True) -> None:
+    def __init__(
+        self,
+        info: Info,
+        listen: str = keys.DEFAULT_ENDPOINT,
+        *,
+        announced: bool = True,
+        beside: RobotLink | None = None,
+    ) -> None:
         keys.check_name("Robot id", info.robot)
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
@@ -69,13 +77,14 @@ class RobotLink(Closing):
         self._complaints: dict[str, str] = {}
         self._lock = threading.Lock()
         self._alive: zenoh.LivelinessToken | None = None
-        self._session = open_robot(listen)
+        self._shares = beside is not None
+        self._session: zenoh.Session = open_robot(listen) if beside is None else beside._session
         try:
             self._declare()
             if announced:
                 self.announce()
         except BaseException:
-            self._session.close()
+            self.close()
             raise
 
     def _declare(self) -> None:
@@ -270,4 +279,8 @@ class RobotLink(Closing):
 
     def close(self) -> None:
         """Leave the network; further calls do nothing."""
-        self._session.close()
+        if not self._shares:
+            self._session.close()
+        elif self._alive is not None:
+            self._alive.undeclare()
+            self._alive = None

@@ -96,13 +96,18 @@ class Push(_Command, frozen=True, kw_only=True, tag="push"):
     """`Torso`, the joint that moves the link, or the name of a movable box."""
 
 
+SolidShape = Literal["box", "ball", "pole"]
+"""A pole is an upright cylinder."""
+
+
 class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
-    """Put a box: fixed (a plate, a step, a wall), or movable."""
+    """Put a box: fixed (a plate, a step, a wall), or movable; or a ball or a pole."""
 
     name: Name
     """A box of the same name is replaced."""
+    shape: SolidShape = "box"
     size: Size
-    """Along its x, y and z, m."""
+    """Along its x, y and z, m; of a ball three times its diameter."""
     at: tuple[Bounded, Bounded]
     """Middle of its bottom, m."""
     yaw: Angle = 0.0

@@ -7,7 +7,7 @@ from typing import Annotated
 import msgspec
 
 from bridge.messages.frames import N_LEDS, SCHEMA_VERSION, Joints
-from bridge.messages.world import ThingKind
+from bridge.messages.world import SolidShape, ThingKind
 from bridge.types import Count, Finite, Quaternion, Vec2, Vec3
 
 
@@ -48,13 +48,14 @@ class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
-    """A box in the world."""
+    """An object in the world."""
 
     name: str
+    shape: SolidShape = "box"
     size: Vec3
-    """m"""
+    """Edges of the box around it, m."""
     position: Vec3
-    """Middle of the box, world frame, m."""
+    """Its middle, world frame, m."""
     orientation: Quaternion
     mass: Finite
     """kg; 0: fixed."""

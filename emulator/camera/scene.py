@@ -166,9 +166,12 @@ def floor_of(world: WorldReply) -> Floor:
 
 
 def boxes_of(world: WorldReply) -> list[Solid]:
-    """The boxes."""
+    """The objects; a pole as the box around it."""
     return [
-        box(np.array(o.position), matrix(o.orientation), 0.5 * np.array(o.size), _WOOD) for o in world.objects
+        Ball(np.array(o.position), 0.5 * o.size[0], _WOOD)
+        if o.shape == "ball"
+        else box(np.array(o.position), matrix(o.orientation), 0.5 * np.array(o.size), _WOOD)
+        for o in world.objects
     ]
 
 

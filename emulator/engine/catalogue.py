@@ -2,28 +2,49 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 
 if TYPE_CHECKING:  # a name is chosen without Numba, which takes a second
     from emulator.engine.base import Engine
-    from emulator.engine.values import PhysicsSettings
+    from emulator.engine.settings import PhysicsSettings
 
-ENGINES: Final = ("pybullet", "mujoco")
-"""The first is the default, where it is installed."""
-WITHOUT_PYBULLET: Final = "PyBullet is not installed; the physics is MuJoCo's."
-"""Notice where the default is missing; its wheels are for Python up to 3.11 on x86-64 Linux."""
-MISSING: Final = {
-    "pybullet": "PyBullet is not installed: pip install 'nao-hil[emulator]' brings it where it has a wheel "
-    "(Python up to 3.11 on x86-64 Linux); --engine mujoco does without.",
-    "mujoco": "MuJoCo is not installed: pip install 'nao-hil[emulator]' brings the emulated robot.",
+
+class Listed(NamedTuple):
+    """An engine of the catalogue; its name is that of its library."""
+
+    module: str
+    kind: str
+    """Class in the module, which takes `PhysicsSettings`."""
+    missing: str
+    """Error where the library is not installed."""
+    parallel: bool = False
+    """Several of them run in threads at the same time."""
+
+
+ENGINES: Final = {
+    "pybullet": Listed(
+        "emulator.engine.pybullet.engine",
+        "BulletEngine",
+        "PyBullet is not installed: pip install 'nao-hil[emulator]' brings it where it has a wheel "
+        "(Python up to 3.11 on x86-64 Linux); --engine mujoco does without.",
+    ),
+    "mujoco": Listed(
+        "emulator.engine.mujoco.engine",
+        "MujocoEngine",
+        "MuJoCo is not installed: pip install 'nao-hil[emulator]' brings the emulated robot.",
+        parallel=True,
+    ),
 }
-"""Error of a missing engine."""
+"""The first one that is installed is the default."""
+WITHOUT_PYBULLET: Final = "PyBullet is not installed; the physics is MuJoCo's."
+"""Notice where the first is missing; its wheels are for Python up to 3.11 on x86-64 Linux."""
 AUTO: Final = "auto"
-"""PyBullet where it is installed, else MuJoCo."""
+"""The default engine."""
 
 
 def choose_engine(name: str = AUTO) -> str:
@@ -36,7 +57,7 @@ def choose_engine(name: str = AUTO) -> str:
         ConfigurationError: no such engine.
     """
     if name == AUTO:
-        return ENGINES[0] if find_spec(ENGINES[0]) else ENGINES[1]
+        return next(filter(find_spec, ENGINES), next(reversed(ENGINES)))
     if name not in ENGINES:
         raise ConfigurationError(unknown_name("engine", name, ENGINES))
     return name
@@ -45,7 +66,7 @@ def choose_engine(name: str = AUTO) -> str:
 def require_engine(name: str) -> None:
     """Raises ConfigurationError where an engine (by its own name) is not installed."""
     if find_spec(name) is None:
-        raise ConfigurationError(MISSING[name])
+        raise ConfigurationError(ENGINES[name].missing)
 
 
 def open_engine(name: str, settings: PhysicsSettings) -> Engine:
@@ -60,10 +81,5 @@ def open_engine(name: str, settings: PhysicsSettings) -> Engine:
     """
     name = choose_engine(name)
     require_engine(name)
-    if name == "mujoco":
-        from emulator.engine.mujoco.engine import MujocoEngine
-
-        return MujocoEngine(settings)
-    from emulator.engine.pybullet.engine import BulletEngine
-
-    return BulletEngine(settings)
+    engine: Engine = getattr(import_module(ENGINES[name].module), ENGINES[name].kind)(settings)
+    return engine

@@ -7,38 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from bridge.body import Body
-from bridge.errors import ConfigurationError
-from bridge.types import Quaternion, Side, Vec2, Vec3
+from bridge.types import SIDES, Array, Quaternion, Side, Vec2, Vec3
+from emulator.poses import ORIGIN, Pose, matrix
+from emulator.vectors import Rotation
 
-if TYPE_CHECKING:  # `nao-hil up` checks a run without Numba, which takes half a second of its start
-    from emulator.vectors import Rotation
-
-
-@dataclass(frozen=True)
-class PhysicsSettings:
-    """Settings of every engine."""
-
-    step: float = 0.001
-    """Time of one physics and servo step, s (assumed)."""
-    gravity: float = 9.81
-    """m/s^2"""
-
-    def steps(self, body: Body) -> int:
-        """Number of steps in a cycle of a body.
-
-        Raises:
-            ConfigurationError: they do not fill the cycle.
-        """
-        steps = round(body.cycle / self.step)
-        if steps < 1 or abs(steps * self.step - body.cycle) > 1e-9:
-            raise ConfigurationError(
-                f"A physics step of {self.step:g} s does not divide the {body.cycle:g} s cycle of {body.name}."
-            )
-        return steps
-
-
-SETTINGS: Final = PhysicsSettings()
+if TYPE_CHECKING:
+    from emulator.engine.base import Multibody
 
 
 @dataclass(frozen=True)
@@ -58,19 +32,129 @@ class Surface:
     """Damping of the bed over its stiffness, s."""
 
 
-class TorsoState(NamedTuple):
-    """The Torso frame in the world."""
+class Surroundings(NamedTuple):
+    """Everything of a world that is no body: floor and gravity."""
+
+    gravity: Vec3
+    """World frame, m/s^2."""
+    surface: Surface | None = None
+    """Of the floor, and of everything fixed on it, against soles; None: of soles on hard ground, friction 1."""
+    floor: Pose = ORIGIN
+    """Floor frame in the world."""
+    velocity: Vec3 = (0.0, 0.0, 0.0)
+    """Of the floor frame's origin, m/s; objects on the floor are carried along."""
+    spin: Vec3 = (0.0, 0.0, 0.0)
+    """Of the floor, world frame, rad/s."""
+
+    @property
+    def normal(self) -> Vec3:
+        """Of the floor, world frame."""
+        turn = matrix(self.floor.orientation)
+        return turn[2], turn[5], turn[8]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box."""
+
+    size: Vec3
+    """Edges along its axes, m."""
+    mass: float = 0.0
+    """kg; 0: fixed on the floor."""
+    friction: float | None = None
+    """Its own coefficient; None: the floor's."""
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A ball of even density. Rolling on the level floor it loses speed at a constant rate."""
+
+    radius: float
+    """m"""
+    mass: float
+    """kg"""
+    rolling: float
+    """Deceleration of the rolling ball, m/s^2."""
+    friction: float | None = None
+    """As of a `Box`."""
+
+    def rolling_arm(self, gravity: float) -> float:
+        """Distance by which the floor's force is ahead of the ball's middle, m: it has this torque.
+
+        The floor's friction m a slows the ball and would spin it up; the torque 7/5 m r a is needed to slow
+        its spin by a / r all the same: m r a against the friction, 2/5 m r a against its inertia.
+
+        Args:
+            gravity: m/s^2
+        """
+        return 1.4 * self.radius * self.rolling / gravity
+
+
+@dataclass(frozen=True)
+class Pole:
+    """A cylinder along z."""
+
+    radius: float
+    """m"""
+    height: float
+    """m"""
+    mass: float = 0.0
+    """As of a `Box`."""
+    friction: float | None = None
+    """As of a `Box`."""
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """A grid of heights, fixed on the floor, linear between its points; placed by its middle at height 0."""
+
+    heights: Array
+    """(rows along y, columns along x), m."""
+    spacing: float
+    """Between two neighbours, m."""
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """A ball on a massless rod without friction, at rest; it falls from the next step on.
+
+    The rod turns about the pivot's y axis, and hangs along -z at angle 0.
+    """
+
+    mass: float
+    """Of the ball, kg."""
+    length: float
+    """From the pivot to the middle of the ball, m."""
+    radius: float
+    """Of the ball, m."""
+    angle: float
+    """Of the rod, rad; a positive one is on the side of -x."""
+
+
+Solid = Box | Ball | Pole
+"""Objects by their middle."""
+ThingShape = Solid | HeightField | Pendulum
+"""Objects that an engine takes."""
+
+
+class BodyState(NamedTuple):
+    """A frame that moves, in the world."""
 
     position: Vec3
     """m"""
     orientation: Quaternion
     """x, y, z, w."""
     rotation: Rotation
-    """Torso to world."""
+    """Frame to world."""
     velocity: Vec3
     """Of the frame's origin, world frame, m/s."""
     angular_velocity: Vec3
     """World frame, rad/s."""
+
+    @property
+    def pose(self) -> Pose:
+        """Position and orientation."""
+        return Pose(self.position, self.orientation)
 
     @property
     def heading(self) -> float:
@@ -103,10 +187,16 @@ class GroundContacts(NamedTuple):
     """Links other than the feet that touched the ground: `Torso`, or the joint that moves the link."""
 
 
+NO_CONTACTS: Final = GroundContacts({side: FootLoad((0.0, 0.0, 0.0), 0.0, None) for side in SIDES}, None)
+"""In the air."""
+
+
 class RayHit(NamedTuple):
     """First surface on the way of a ray."""
 
     kind: Literal["nothing", "robot", "scene"]
+    robot: Multibody | None
+    """The one that is hit."""
     fraction: float
     """Of the way from start to end; 1 without a hit."""
     point: Vec3

@@ -23,7 +23,7 @@ def drives_of(body: Body, wear: WearProfile) -> list[Drive]:
             joint=name,
             stall=float(servo.stall[i]),
             no_load_speed=float(servo.no_load_speed[i]),
-            rotor_inertia=float(servo.rotor_inertia[i]),
+            rotor_inertia=float(servo.drives.rotor_inertia[i]),
             full_voltage_error=parameters.full_voltage_error,
             lead=parameters.lead,
             delay=parameters.delay,

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, get_args
 import msgspec
 
 from bridge.body.postures import POSTURES
-from bridge.messages.world import Friction, StartName, ThingKind
+from bridge.messages.world import Friction, SolidShape, StartName, ThingKind
 from bridge.types import Vec2
 from bridge.validation import unknown_name
 
@@ -64,10 +64,12 @@ class Start(ScenarioTable, frozen=True, kw_only=True):
 
 
 class PlacedBox(ScenarioTable, frozen=True, kw_only=True):
-    """A plate, a step, a wall; or a box that can be pushed about."""
+    """A plate, a step, a wall; or a box that can be pushed about; or a ball or a pole."""
 
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
+    shape: SolidShape = "box"
     size: Size
+    """Of a ball three times its diameter."""
     at: Vec2
     """Middle of its bottom."""
     yaw: Degrees = 0.0

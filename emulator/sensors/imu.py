@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.body.model import InertialUnit
 from bridge.types import Array, Vec2, Vec3
 from emulator.compiled import compilable, compiled
-from emulator.engine.values import TorsoState
+from emulator.engine.values import BodyState
 from emulator.sensors.fusion import FusedAngle, fuse
 from emulator.sensors.parameters import NormalRows, SensorParameters, TriaxialParameters
 from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
@@ -210,7 +210,7 @@ class InertialSensors:
         random: np.random.Generator,
         gravity: float,
         cycle: float,
-        torso: TorsoState,
+        torso: BodyState,
     ) -> None:
         for_accelerometer, for_gyroscope = random.spawn(2)
         self.accelerometer = TriaxialSensor(
@@ -229,7 +229,7 @@ class InertialSensors:
         self._filter, self._angle_step = parameters.fused_angle, unit.angle_step
         self.start(torso)
 
-    def start(self, torso: TorsoState) -> None:
+    def start(self, torso: BodyState) -> None:
         """Begin at a torso at rest: at the start, and after being moved by hand."""
         self._rotation = torso.rotation
         self._velocity = _velocity_of(self._place, torso.rotation, torso.velocity, torso.angular_velocity)
@@ -253,7 +253,7 @@ class InertialSensors:
         self.sample = InertialSample(seen, turned, fusion.angle)
         """The latest sample."""
 
-    def update(self, torso: TorsoState) -> None:
+    def update(self, torso: BodyState) -> None:
         """Sample at the end of a cycle."""
         self._velocity, seen, rate = _move(
             self._place,

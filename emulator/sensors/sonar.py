@@ -10,8 +10,8 @@ import numpy as np
 
 from bridge.types import Array, Vec2, Vec3
 from emulator.compiled import compiled
-from emulator.engine.base import Engine
-from emulator.engine.values import TorsoState
+from emulator.engine.base import Engine, Multibody
+from emulator.engine.values import BodyState
 from emulator.sensors.parameters import NormalRows, SonarParameters
 from emulator.vectors import Rotation, add, put, rotate
 
@@ -52,16 +52,22 @@ class Sonars:
     """Both sensors.
 
     Args:
-        engine: With the robot, which its own rays do not see.
+        engine: The world.
+        robot: Whose own links its rays pass.
         parameters: Imperfections.
         cycle: Time between two updates, s.
         random: A generator of their own.
     """
 
     def __init__(
-        self, engine: Engine, parameters: SonarParameters, cycle: float, random: np.random.Generator
+        self,
+        engine: Engine,
+        robot: Multibody,
+        parameters: SonarParameters,
+        cycle: float,
+        random: np.random.Generator,
     ) -> None:
-        self._engine = engine
+        self._engine, self._robot = engine, robot
         self._noise, self._step = parameters.noise, parameters.step
         self._rows = NormalRows(random, 2)
         self._every = max(1, round(PERIOD / cycle))
@@ -69,7 +75,7 @@ class Sonars:
         self._left, self._right = _rays(1.0), _rays(-1.0)
         self._reading: Vec2 = (MAX_DISTANCE, MAX_DISTANCE)
 
-    def update(self, torso: TorsoState) -> None:
+    def update(self, torso: BodyState) -> None:
         """One cycle; every tenth of a second both sensors listen."""
         if self._cycles % self._every == 0:
             left = self._distance(torso, PLACE, self._left)
@@ -90,7 +96,7 @@ class Sonars:
             distance = round(distance / self._step) * self._step
         return min(max(distance, MIN_DISTANCE), MAX_DISTANCE)
 
-    def _distance(self, torso: TorsoState, place: Vec3, rays: Array) -> float:
+    def _distance(self, torso: BodyState, place: Vec3, rays: Array) -> float:
         """Distance of the nearest echo of one sensor, m; infinite without one."""
         origin = np.array(add(torso.position, rotate(torso.rotation, place)))
         ways: Array = _turned(torso.rotation, rays)
@@ -101,10 +107,10 @@ class Sonars:
             again = []
             for i, (way, at, hit) in enumerate(zip(ways.tolist(), begin[:, 0].tolist(), hits, strict=True)):
                 distance = at + hit.fraction * (MAX_DISTANCE - at)
-                if hit.kind == "robot":
+                if hit.robot is self._robot:
                     again.append(i)
                     begin[i] = distance + 1e-3
-                elif hit.kind == "scene" and -sum(map(operator.mul, hit.normal, way)) > GRAZING:
+                elif hit.kind != "nothing" and -sum(map(operator.mul, hit.normal, way)) > GRAZING:
                     nearest = min(nearest, distance)
             if not again:
                 break

@@ -12,8 +12,8 @@ from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.types import Array, Side, Vec2, Vec3
 from emulator.compiled import compiled
-from emulator.engine.base import Engine
-from emulator.engine.values import FootLoad, GroundContacts, TorsoState
+from emulator.engine.base import Engine, Multibody
+from emulator.engine.values import BodyState, FootLoad, GroundContacts
 from emulator.sensors.fsr import FootForceSensors, ForceCells
 from emulator.sensors.imu import InertialSensors
 from emulator.sensors.parameters import BatteryParameters, EncoderParameters, NormalRows, SensorParameters
@@ -196,7 +196,8 @@ class Sensors:
         body: Data sheet.
         parameters: Imperfections.
         random: The robot's generator; only children of it are drawn from.
-        engine: With the robot, taken to have been at rest as it is now.
+        engine: The world.
+        robot: Taken to have been at rest as it is now.
         charger: The robot is on its charger's cable.
     """
 
@@ -206,20 +207,21 @@ class Sensors:
         parameters: SensorParameters,
         random: np.random.Generator,
         engine: Engine,
+        robot: Multibody,
         *,
         charger: bool,
     ) -> None:
         encoders, cells, inertial, sonars = random.spawn(4)
-        self.encoders = Encoders(body.encoder_steps, len(engine.robot.joints), parameters.encoders, encoders)
+        self.encoders = Encoders(body.encoder_steps, len(robot.joints), parameters.encoders, encoders)
         self._left, self._right = FootForceSensors(body.fsr.L), FootForceSensors(body.fsr.R)
         self.cells = ForceCells(body.fsr.range, body.cycle, parameters.fsr, cells)
-        gravity, torso = engine.settings.gravity, engine.robot.torso()
+        gravity, torso = engine.settings.gravity, robot.state()
         self.inertial = InertialSensors(body.inertial_unit, parameters, inertial, gravity, body.cycle, torso)
         self.touch = Touch()
         self.battery = Battery(parameters.battery, body.battery_energy, body.cycle, charger=charger)
-        self.sonars = Sonars(engine, parameters.sonar, body.cycle, sonars)
+        self.sonars = Sonars(engine, robot, parameters.sonar, body.cycle, sonars)
 
-    def update(self, torso: TorsoState, drawn: float) -> None:
+    def update(self, torso: BodyState, drawn: float) -> None:
         """The end of a cycle, for all that has a memory.
 
         Args:

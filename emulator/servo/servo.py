@@ -53,7 +53,7 @@ from bridge.body.quantities import (
 )
 from bridge.types import Array, Vec3
 from emulator.compiled import compilable, compiled
-from emulator.drives import BRUSH_REACH, DRIVE, put_in_force
+from emulator.drives import BRUSH_REACH, Drives, put_in_force
 from emulator.servo.parameters import Heating, ServoParameters
 
 HOT_FACTOR: Final = 0.7
@@ -234,8 +234,8 @@ class Servo:
         self._limits = RequestLimits(body, joints)
         self._step = step
         self._back_emf = self.stall / self.no_load_speed
-        self.rotor_inertia = parameters.motor_time_constant * self._back_emf
-        """Rotor inertia reflected to each joint, kg m^2."""
+        self.drives = Drives(parameters.motor_time_constant * self._back_emf)
+        """For the engine, which runs them."""
         # One motor drives both hips: its whole current flows for the two halves of its torque.
         self._ampere = self.no_load_speed / (parameters.supply_voltage * fraction)
         self._voltage = parameters.supply_voltage
@@ -243,27 +243,39 @@ class Servo:
         self.delay_steps = round(parameters.delay / step)
         """Physics steps from `latch` to the motor boards."""
         self._clock = 0
-        self.drives = self._records(parameters)
-        """Constants and state of all drives, `emulator.drives.DRIVE`."""
-        self.motor_angle: Array = self.drives["motor_angle"]
-        """Angle of each motor behind its gear, rad: the joint angle follows it with backlash and twist."""
-        self.stiffness: Array = self.drives["stiffness"]
-        """Stiffness in force: the request's, lowered by the heat protection."""
-        self.backlash: Array = self.drives["backlash"]
-        """Width of each dead zone, rad; may be set from outside (a fault)."""
+        self._set_constants(parameters)
         self.backlash[:] = [parameters.backlash.of(name) for name in joints]
-        self.strength: Array = self.drives["strength"]
-        """Fraction of its torque that each motor has; may be set from outside (a fault)."""
         self.strength[:] = 1.0
-        self._mean_square: Array = self.drives["mean_square"]
-        self._power: Array = self.drives["power"]
-        self.drives["brush"] = position
+        self.drives.records["brush"] = position
         self._samples = 0
         self.start(position)
 
-    def _records(self, parameters: ServoParameters) -> NDArray[Any]:
-        """Constants of the drives, their state at zero."""
-        drives = np.zeros(len(self.stall), DRIVE)
+    @property
+    def motor_angle(self) -> Array:
+        """Angle of each motor behind its gear, rad: the joint angle follows it with backlash and twist."""
+        return self._of_all("motor_angle")
+
+    @property
+    def stiffness(self) -> Array:
+        """Stiffness in force: the request's, lowered by the heat protection."""
+        return self._of_all("stiffness")
+
+    @property
+    def backlash(self) -> Array:
+        """Width of each dead zone, rad; may be written to (a fault)."""
+        return self._of_all("backlash")
+
+    @property
+    def strength(self) -> Array:
+        """Fraction of its torque that each motor has; may be written to (a fault)."""
+        return self._of_all("strength")
+
+    def _of_all(self, field: str) -> Array:
+        values: Array = self.drives.records[field]
+        return values
+
+    def _set_constants(self, parameters: ServoParameters) -> None:
+        drives = self.drives.records
         drives["stall_torque"], drives["no_load_speed"] = self.stall, self.no_load_speed
         drives["gain"] = gain = 1.0 / parameters.full_voltage_error
         # one step more, because the loop takes the motor's angle of the last step
@@ -275,10 +287,9 @@ class Servo:
         drives["friction"] = parameters.dry_friction
         drives["brush_stiffness"] = stiffness = parameters.dry_friction / BRUSH_REACH
         # half critical for the rotor
-        drives["brush_damping"] = np.sqrt(stiffness * self.rotor_inertia)
+        drives["brush_damping"] = np.sqrt(stiffness * self.drives.rotor_inertia)
         drives["no_load_stride"] = self.no_load_speed * self._step
         drives["brake"], drives["compliance"] = parameters.brake, parameters.gear_compliance
-        return drives
 
     def latch(self, position: Sequence[float], stiffness: Sequence[float], elapsed: int = 0) -> None:
         """Take over a request at the start of a cycle; of two at one instant the later one counts.
@@ -298,43 +309,41 @@ class Servo:
     def start(self, position: Array) -> None:
         """Hold these angles (rad) from now on with full stiffness, at rest; waiting commands are dropped."""
         self._queue.clear()
-        self.drives["request"] = self.drives["motor_angle"] = position
-        self.drives["twist"] = 0.0
-        self.drives["wanted"] = 1.0
+        drives = self.drives.records
+        drives["request"] = drives["motor_angle"] = position
+        drives["twist"] = 0.0
+        drives["wanted"] = 1.0
         self.apply_power()
 
     def apply_power(self) -> None:
         """Put stiffness, heat protection, `strength` and `backlash` in force, after one is set."""
-        set_power(self.drives, self.heat.temperature, self.heat.levels)
+        set_power(self.drives.records, self.heat.temperature, self.heat.levels)
 
-    def advance(self, steps: int) -> int:
-        """Let the clock run; to be called before the drives run.
+    def advance(self, steps: int) -> None:
+        """Let the clock run, and the drives take over the request that is due; to be called before they run.
 
         Args:
             steps: Physics steps until the next call, at most a cycle.
-
-        Returns:
-            The step, from 0, before which the drives are to take over their next request; -1: none of them.
         """
-        change = -1
+        self.drives.change = -1
         if self._queue and self._queue[0][0] < self._clock + steps:
-            due, self.drives["next_request"], self.drives["next_wanted"] = self._queue.popleft()
-            change = max(due - self._clock, 0)
+            records = self.drives.records
+            due, records["next_request"], records["next_wanted"] = self._queue.popleft()
+            self.drives.change = max(due - self._clock, 0)
         self._clock += steps
         self._samples += steps
-        return change
 
     def end_cycle(self) -> None:
         """Take stock of the torques since the last call: currents and heat."""
-        end_cycle(self.drives, max(self._samples, 1))
+        end_cycle(self.drives.records, max(self._samples, 1))
         if self.heat.active:
-            self.heat.update(self._mean_square, self._samples * self._step)
+            self.heat.update(self._of_all("mean_square"), self._samples * self._step)
             self.apply_power()
         self._samples = 0
 
     def current(self) -> Array:
         """Effective motor currents of the last cycle, A: torque over torque constant, at the motor shaft."""
-        return np.sqrt(self._mean_square) * self._ampere
+        return np.sqrt(self._of_all("mean_square")) * self._ampere
 
     @property
     def stall_current(self) -> Array:
@@ -343,4 +352,4 @@ class Servo:
 
     def drawn(self) -> float:
         """Current that all motors drew from the battery in the last cycle, A."""
-        return float(self._power.sum()) / self._voltage
+        return float(self._of_all("power").sum()) / self._voltage

@@ -7,6 +7,7 @@ from typing import Final, Protocol
 
 from bridge.types import Vec3
 from emulator.engine.base import Engine, Multibody
+from emulator.engine.values import Pendulum
 from emulator.poses import Pose, quaternion
 from emulator.world.world import World
 
@@ -65,7 +66,7 @@ class LinkPush:
 
     def step(self) -> bool:
         """Push for one step."""
-        self._robot.push(self._link, self._force)
+        self._robot.push(self._force, self._link)
         self._left -= 1
         return self._left > 0
 
@@ -82,13 +83,13 @@ class BoxPush:
 
     def __init__(self, world: World, name: str, force: Vec3, steps: int) -> None:
         self._world, self._name, self._force, self._left = world, name, force, steps
-        self._box = world.boxes[name]
+        self._box = world.objects[name]
 
     def step(self) -> bool:
         """Push for one step."""
-        if self._world.boxes.get(self._name) is not self._box:
+        if self._world.objects.get(self._name) is not self._box:
             return False
-        self._world.engine.scene.push(self._name, self._force)
+        self._box.thing.push(self._force)
         self._left -= 1
         return self._left > 0
 
@@ -98,7 +99,6 @@ class PendulumStrike:
 
     Args:
         engine: Where.
-        name: Of the pendulum in the scene, a new one.
         bob: Middle of the bob when it hangs straight down, world frame, m.
         heading: Horizontal direction in which it moves there, from the world's x axis, rad.
         mass: Of the bob, kg.
@@ -107,12 +107,12 @@ class PendulumStrike:
     """
 
     def __init__(
-        self, engine: Engine, name: str, bob: Vec3, heading: float, mass: float, length: float, angle: float
+        self, engine: Engine, bob: Vec3, heading: float, mass: float, length: float, angle: float
     ) -> None:
-        self._scene, self.name = engine.scene, name
+        self._engine = engine
         # The hinge's axis is y of a frame whose x axis is the direction of the strike.
         pivot = Pose((bob[0], bob[1], bob[2] + length), quaternion(yaw=heading))
-        engine.scene.add_pendulum(self.name, pivot, mass, length, BOB_RADIUS, angle)
+        self.thing = engine.add(Pendulum(mass, length, BOB_RADIUS, angle), pivot)
         # period of a pendulum, to second order in the angle
         half_period = math.pi * math.sqrt(length / engine.settings.gravity) * (1.0 + angle * angle / 16.0)
         self._left = round(half_period / engine.settings.step)
@@ -122,5 +122,5 @@ class PendulumStrike:
         self._left -= 1
         if self._left > 0:
             return True
-        self._scene.remove(self.name)
+        self._engine.remove(self.thing)
         return False

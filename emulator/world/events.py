@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from bridge.body import TORSO, Body
+from bridge.body import TORSO
 from bridge.errors import FrameError
 from bridge.messages.world import (
     PlaceBox,
@@ -16,6 +16,7 @@ from bridge.messages.world import (
     Push,
     Remove,
     SetFriction,
+    SolidShape,
     SwingPendulum,
     TiltFloor,
     min_tilt_duration,
@@ -23,14 +24,16 @@ from bridge.messages.world import (
 from bridge.messages.world_state import WorldObject
 from bridge.rotations import planar_point
 from bridge.types import Side, Vec2, Vec3
+from emulator.engine.base import Multibody
 from emulator.engine.shapes import FOOT_LINKS, sole_points
-from emulator.poses import Pose, matrix
-from emulator.vectors import add, rotate
+from emulator.engine.values import Ball, Box, Pole
+from emulator.poses import Pose, point_of
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, PendulumStrike
-from emulator.world.world import World
+from emulator.world.world import World, edges, solid
 
 PLATE_GAP: Final = 0.001
 """Air between a lifted sole and the plate that appears under it, m."""
+SHAPES: Final[dict[type, SolidShape]] = {Box: "box", Ball: "ball", Pole: "pole"}
 _SIDES: Final[dict[str, tuple[Side, ...]]] = {"left": ("L",), "right": ("R",), "swing": ("L", "R")}
 _FOOT: Final = {"L": "left", "R": "right"}
 WorldEvent = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
@@ -42,12 +45,13 @@ class WaitingPlates:
 
     Args:
         world: In which they are put.
-        body: Data sheet of the robot.
+        robot: Under whose feet.
         notify: Called with one sentence and a short code when a plate is put.
     """
 
-    def __init__(self, world: World, body: Body, notify: Callable[[str, str], None]) -> None:
-        self._world, self._notify = world, notify
+    def __init__(self, world: World, robot: Multibody, notify: Callable[[str, str], None]) -> None:
+        self._world, self._robot, self._notify = world, robot, notify
+        body = robot.body
         self._waiting: list[PlateUnderFoot] = []
         self._soles: dict[Side, list[Vec3]] = {
             "L": sole_points(body, "L").tolist(),
@@ -69,8 +73,8 @@ class WaitingPlates:
     def _put_plate(self, plate: PlateUnderFoot) -> bool:
         """Put a waiting plate under its foot if that is high enough; True when done."""
         for side in _SIDES[plate.foot]:
-            foot = self._world.engine.robot.link_pose(FOOT_LINKS[side])
-            lowest = min(self._world.clearance(_point(foot, corner)) for corner in self._soles[side])
+            foot = self._robot.state(FOOT_LINKS[side]).pose
+            lowest = min(self._world.clearance(point_of(foot, corner)) for corner in self._soles[side])
             if lowest >= plate.size[2] + PLATE_GAP:
                 self._place(plate, side, foot)
                 return True
@@ -78,13 +82,13 @@ class WaitingPlates:
 
     def _place(self, plate: PlateUnderFoot, side: Side, foot: Pose) -> None:
         world = self._world
-        x, y, _ = world.to_floor(_point(foot, self._middle[side]))
-        ahead = world.to_floor(_point(foot, (1.0, 0.0, 0.0)))
+        x, y, _ = world.to_floor(point_of(foot, self._middle[side]))
+        ahead = world.to_floor(point_of(foot, (1.0, 0.0, 0.0)))
         here = world.to_floor(foot.position)
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
         at = planar_point((x, y, yaw), plate.shift)
         try:
-            world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0, beside_robot=True)
+            world.add_object(plate.name, Box(plate.size), at, yaw + plate.yaw, height=0.0, beside_robot=True)
         except FrameError as error:  # it reaches into the other foot
             self._notify("world-refused", str(error))
             return
@@ -95,17 +99,12 @@ class WaitingPlates:
         )
 
 
-def _point(pose: Pose, point: Vec3) -> Vec3:
-    """A point of a frame in the frame that its pose is in."""
-    return add(pose.position, rotate(matrix(pose.orientation), point))
-
-
 class EventExecutor:
     """Carries out the events in the world of one robot.
 
     Args:
-        world: The world, with the robot in its engine.
-        body: Data sheet of the robot.
+        world: The world.
+        robot: The robot in its engine.
         timeline: Robot time in s and command of each event.
         notify: Called with one sentence and a short code for each event.
     """
@@ -113,15 +112,15 @@ class EventExecutor:
     def __init__(
         self,
         world: World,
-        body: Body,
+        robot: Multibody,
         timeline: Sequence[tuple[float, WorldEvent]],
         notify: Callable[[str, str], None],
     ) -> None:
-        self._world, self._engine, self._notify = world, world.engine, notify
+        self._world, self._robot, self._notify = world, robot, notify
+        self._engine = world.engine
         self._timeline = sorted(timeline, key=lambda event: event[0], reverse=True)
         self._actions: list[Action] = []
-        self._pendulums = 0
-        self._plates = WaitingPlates(world, body, notify)
+        self._plates = WaitingPlates(world, robot, notify)
         self._dt = world.engine.settings.step
 
     def begin_cycle(self, time: float) -> Callable[[], None] | None:
@@ -179,28 +178,32 @@ class EventExecutor:
         return text
 
     def objects(self) -> tuple[WorldObject, ...]:
-        """All boxes by name at their present poses."""
-        found = []
-        for name, box in self._world.boxes.items():
-            position, turn = self._engine.scene.pose(name)
-            found.append(
-                WorldObject(name=name, size=box.size, position=position, orientation=turn, mass=box.mass)
+        """All objects by name at their present poses."""
+        return tuple(
+            WorldObject(
+                name=name,
+                shape=SHAPES[type(shape)],
+                size=edges(shape),
+                position=(state := thing.state()).position,
+                orientation=state.orientation,
+                mass=shape.mass,
             )
-        return tuple(found)
+            for name, (shape, thing) in self._world.objects.items()
+        )
 
     def _heading(self) -> tuple[Vec3, float]:
         """Torso's origin, and its heading in the world, rad."""
-        torso = self._engine.robot.torso()
+        torso = self._robot.state()
         return torso.position, torso.heading
 
     def _push(self, command: Push) -> str:
-        target, boxes = command.target, self._world.boxes
+        target = command.target
         steps = max(1, round(command.duration / self._dt))
         _, heading = self._heading()
         x, y, z = (part / (steps * self._dt) for part in command.impulse)
         force = (*planar_point((0.0, 0.0, heading), (x, y)), z)
-        robot = self._engine.robot
-        movable = [name for name, box in boxes.items() if box.mass > 0.0]
+        robot = self._robot
+        movable = [name for name, (shape, _) in self._world.objects.items() if shape.mass > 0.0]
         if target in (TORSO, *robot.joints):
             self._actions.append(LinkPush(robot, target, force, steps))
         elif target in movable:
@@ -214,20 +217,12 @@ class EventExecutor:
     def _place(self, command: PlaceBox) -> str:
         world, name = self._world, command.name
         if name in world.things:
-            raise FrameError(f"`{name}` is a {world.things[name].kind}; give the box another name.")
+            raise FrameError(f"`{name}` is a {world.things[name].kind}; give the {command.shape} another name.")
         at, yaw = self._on_floor(command.at, command.yaw, command.frame)
-        world.add_box(
-            name,
-            command.size,
-            at,
-            yaw,
-            height=command.height,
-            mass=command.mass,
-            friction=command.friction,
-            beside_robot=True,
-        )
+        shape = solid(command.shape, command.size, command.mass, command.friction)
+        world.add_object(name, shape, at, yaw, height=command.height, beside_robot=True)
         kind = f"of {command.mass:g} kg" if command.mass > 0.0 else "fixed to the floor"
-        return f"Box `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
+        return f"The {command.shape} `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
 
     def _on_floor(self, at: Vec2, yaw: float, frame: str) -> tuple[Vec2, float]:
         """A place (m) and a heading (rad) of the floor frame or of the robot's, in the floor frame."""
@@ -239,8 +234,8 @@ class EventExecutor:
 
     def _place_thing(self, command: PlaceThing) -> str:
         world, name, kind = self._world, command.name, command.kind
-        if name in world.boxes:
-            raise FrameError(f"`{name}` is a box; give the {kind} another name.")
+        if name in world.objects:
+            raise FrameError(f"`{name}` is there to touch; give the {kind} another name.")
         if kind == "landmark" and not name.isdecimal():
             raise FrameError(f"A landmark's name is its number, not `{name}`.")
         at, yaw = self._on_floor(command.at, command.yaw or 0.0, command.frame)
@@ -252,8 +247,8 @@ class EventExecutor:
 
     def _remove(self, command: Remove) -> str:
         world, name = self._world, command.name
-        if world.things.pop(name, None) is None and not world.remove_box(name):
-            known = ", ".join([*world.boxes, *world.things]) or "none"
+        if world.things.pop(name, None) is None and not world.remove_object(name):
+            known = ", ".join([*world.objects, *world.things]) or "none"
             raise FrameError(f"Nothing called `{name}` to remove; there are {known}.")
         return f"`{name}` is gone."
 
@@ -281,7 +276,7 @@ class EventExecutor:
 
     def _pendulum(self, command: SwingPendulum) -> str:
         position, heading = self._heading()
-        com = self._engine.robot.link_com(TORSO)
+        com = self._robot.link_com(TORSO)
         height = com[2]
         if command.height is not None:
             height = position[2] - self._world.clearance(position) + command.height
@@ -289,13 +284,11 @@ class EventExecutor:
         x, y = math.cos(way), math.sin(way)
         # the torso's surface on the bob's side
         (hit,) = self._engine.rays([(com[0] - x, com[1] - y, height)], [(com[0], com[1], height)])
-        if hit.kind != "robot":
+        if hit.robot is not self._robot:
             raise FrameError(f"A pendulum would miss the robot {height:.3g} m over the floor's origin.")
         bob = (hit.point[0] - BOB_RADIUS * x, hit.point[1] - BOB_RADIUS * y, height)
-        self._pendulums += 1
-        name = f"pendulum {self._pendulums}"
         self._actions.append(
-            PendulumStrike(self._engine, name, bob, way, command.mass, command.length, command.angle)
+            PendulumStrike(self._engine, bob, way, command.mass, command.length, command.angle)
         )
         gravity = self._engine.settings.gravity
         speed = math.sqrt(2.0 * gravity * command.length * (1.0 - math.cos(command.angle)))

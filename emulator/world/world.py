@@ -1,4 +1,4 @@
-"""A floor that can be tilted, and the boxes on it.
+"""A floor that can be tilted, the objects on it, and the robots that live there.
 
 The floor is turned, not gravity: the world's z axis stays the vertical, so that accelerometer, fused angle and
 ground truth mean the same on every slope. All that is fixed on the floor turns with it.
@@ -15,17 +15,19 @@ hardly rebound.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
-from bridge.errors import FrameError
-from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
+from bridge.body import Body
+from bridge.errors import ConfigurationError, FrameError
+from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.messages.world import THING_HEIGHT, THING_SIZES, SolidShape, ThingKind
 from bridge.messages.world_state import Terrain, WorldThing
 from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
-from emulator.engine.base import Engine
-from emulator.engine.values import Surface
+from emulator.engine.base import Engine, Multibody, Thing
+from emulator.engine.values import Ball, BodyState, Box, Pole, Solid, Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
 from emulator.vectors import cross, rotate, scaled
 
@@ -39,24 +41,59 @@ SURFACES: Final = {
 """By the name that a scenario uses."""
 _RAY_HEIGHT: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
-_OVERLAP_DISTANCE: Final = -1e-4
-"""Distance from which a box counts as standing inside the robot, m."""
+_OVERLAP: Final = 1e-4
+"""Depth from which an object counts as standing inside a robot, m."""
+
+
+LEAGUE_BALL: Final = Ball(radius=0.05, mass=0.044, rolling=0.30)
+"""The ball of the Standard Platform League: 100 mm and 44 g (rules since 2016; Webots' `SPLBall`). It loses
+0.30 m/s^2 on the league's turf by the configuration of the team NomadZ (2024); B-Human once had 0.13 on carpet.
+Both take the deceleration to be constant."""
+
+
+def solid(shape: SolidShape, size: Vec3, mass: float, friction: float | None) -> Solid:
+    """An object by the edges of the box around it.
+
+    Args:
+        shape: Of the object.
+        size: Edges, m.
+        mass: kg; 0: fixed on the floor.
+        friction: Against the soles; None: as the floor.
+
+    Raises:
+        FrameError: no ball or pole fits the box, or a ball without mass.
+    """
+    x, y, z = size
+    if shape == "box":
+        return Box(size, mass, friction)
+    if x != y or (shape == "ball" and x != z):
+        right = "three times its diameter" if shape == "ball" else "twice its diameter, and its height"
+        raise FrameError(f"The size of a {shape} is {right}, not {x:g} x {y:g} x {z:g} m.")
+    if shape == "pole":
+        return Pole(x / 2.0, z, mass, friction)
+    if mass <= 0.0:
+        raise FrameError(f"A ball rolls and needs a mass; that of the league has {LEAGUE_BALL.mass:g} kg.")
+    return Ball(x / 2.0, mass, LEAGUE_BALL.rolling, friction)
+
+
+def edges(shape: Solid) -> Vec3:
+    """Edges of the box around an object, m."""
+    if isinstance(shape, Box):
+        return shape.size
+    wide = 2.0 * shape.radius
+    return wide, wide, wide if isinstance(shape, Ball) else shape.height
+
+
+class WorldBody(NamedTuple):
+    """An object in the world."""
+
+    shape: Solid
+    thing: Thing
+    """The object in the engine."""
 
 
 @dataclass(frozen=True)
-class WorldBox:
-    """A box in the world."""
-
-    size: Vec3
-    """m"""
-    mass: float
-    """kg; 0: fixed on the floor."""
-    friction: float | None
-    """Against the soles; None: as the floor."""
-
-
-@dataclass(frozen=True)
-class Thing:
+class VisibleThing:
     """A thing that can be seen, not touched."""
 
     kind: ThingKind
@@ -68,18 +105,39 @@ class Thing:
     """Heading of its front, floor frame, rad."""
 
 
-class BoxState(NamedTuple):
-    """A box with its pose and its velocities, world frame."""
+class Inhabitant(Protocol):
+    """A robot of a world; the methods in the order in which the world calls them."""
 
-    box: WorldBox
-    pose: Pose
-    velocity: tuple[Vec3, Vec3]
+    name: str
+    body: Body
+    multibody: Multibody
+    settle: int
+    """Cycles in which it settles into its start pose."""
+
+    def begin_run(self) -> None:
+        """The robot has settled: its time begins."""
+
+    def begin_cycle(self, command: ActuatorFrame | None) -> None:
+        """A cycle begins: latch the command."""
+
+    def begin_physics(self) -> Callable[[], None] | None:
+        """The physics of a cycle begins; what is returned is called before each physics step."""
+
+    def runs_ahead(self) -> bool:
+        """The command of the cycle that begins now cannot act within it."""
+
+    def measure(self) -> None:
+        """The physics of the cycle has run."""
+
+    def end_cycle(self) -> SensorFrame:
+        """The cycle has ended; the newest frame."""
 
 
 class World:
-    """Floor and boxes of an engine.
+    """Physics, clock, floor and objects, and the robots that live with them.
 
-    The floor frame begins as the world's and turns with the floor.
+    The floor frame begins as the world's and turns with the floor. Robots are added, and settle all together
+    before the time begins. They share one cycle.
 
     Args:
         engine: With an empty world.
@@ -90,9 +148,15 @@ class World:
 
     def __init__(self, engine: Engine, surface: Surface = WOOD, roll: float = 0.0, pitch: float = 0.0) -> None:
         self.engine = engine
-        self.boxes: dict[str, WorldBox] = {}
+        self.objects: dict[str, WorldBody] = {}
         """By name."""
-        self.things: dict[str, Thing] = {}
+        self.robots: list[Inhabitant] = []
+        """In the order in which they were added."""
+        self.again: Callable[[], World] | None = None
+        """Makes the same world as it was at its beginning, without robots."""
+        self.ahead = False
+        """The physics of the present cycle has run already."""
+        self.things: dict[str, VisibleThing] = {}
         """By name."""
         self.terrain = Terrain()
         """Tiles and heightfield."""
@@ -106,15 +170,91 @@ class World:
         if roll or pitch:
             self.set_tilt(roll, pitch, ORIGIN.position)
 
+    def add(self, robot: Inhabitant) -> None:
+        """Let a robot live here.
+
+        Raises:
+            ConfigurationError: its cycle is not the others', or its name is taken.
+        """
+        for other in self.robots:
+            if other.body.cycle != robot.body.cycle:
+                raise ConfigurationError(
+                    f"{robot.body.name} has a cycle of {1e3 * robot.body.cycle:g} ms and {other.body.name} one "
+                    f"of {1e3 * other.body.cycle:g} ms; robots of one cycle share a world."
+                )
+            if other.name == robot.name:
+                raise ConfigurationError(f"Two robots are called `{robot.name}`; give each a name of its own.")
+        self.robots.append(robot)
+
+    def require_room(self, robot: Inhabitant) -> None:
+        """Raises ConfigurationError where an object or another robot overlaps a robot at its start."""
+        things = {f"Object `{name}` of the scenario": body.thing for name, body in self.objects.items()}
+        things |= {f"Robot `{other.name}`": other.multibody for other in self.robots if other is not robot}
+        for name, thing in things.items():
+            if self.engine.overlap(robot.multibody, thing) > _OVERLAP:
+                raise ConfigurationError(
+                    f"{name} stands inside {robot.body.name} at its start; give one of them another place."
+                )
+
+    def start(self) -> None:
+        """Let the robots settle into their start poses; then the time begins."""
+        for _ in range(max(robot.settle for robot in self.robots)):
+            self.run_physics()
+            for robot in self.robots:
+                robot.measure()
+        for robot in self.robots:
+            robot.begin_run()
+
+    def run_physics(self) -> None:
+        """Run the physics of a cycle."""
+        acts = [act for robot in self.robots if (act := robot.begin_physics()) is not None]
+
+        def before_step() -> None:
+            for act in acts:
+                act()
+
+        steps = self.engine.settings.steps(self.robots[0].body)
+        self.engine.run(steps, before_step if acts else None)
+
+    def advance(self, commands: Mapping[str, ActuatorFrame]) -> None:
+        """Run one cycle of all robots.
+
+        Args:
+            commands: By the robot's name; without one, the last one stays in force.
+        """
+        for robot in self.robots:
+            robot.begin_cycle(commands.get(robot.name))
+        self.end_cycle()
+
+    def end_cycle(self) -> None:
+        """Run the rest of a cycle whose commands the robots have latched."""
+        if not self.ahead:
+            self.run_physics()
+        for robot in self.robots:
+            robot.end_cycle()
+        self.ahead = False
+
+    def run_ahead(self) -> None:
+        """Run the physics of the cycle that begins now, before its commands are there.
+
+        Only if all drives delay requests by a cycle or more, so that no command can act within it; otherwise
+        nothing happens. The frames are the same as without.
+        """
+        if not self.ahead and all([robot.runs_ahead() for robot in self.robots]):
+            self.run_physics()
+            for robot in self.robots:
+                robot.measure()
+            self.ahead = True
+
     @property
     def uneven(self) -> bool:
         """Whether any box is fixed on the floor."""
-        return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
+        return self.terrain != Terrain() or any(shape.mass <= 0.0 for shape, _ in self.objects.values())
 
     def set_surface(self, surface: Surface) -> None:
         """Change the surface of the floor and of everything fixed on it; boxes keep a friction of their own."""
         self.surface = surface
-        self.engine.scene.set_surface(surface)
+        self.engine.surround(self.engine.surroundings._replace(surface=surface))
 
     def set_tilt(self, roll: float, pitch: float, pivot: Vec3, rate: Vec2 = (0.0, 0.0)) -> None:
         """Turn the floor and all that is fixed on it.
@@ -135,7 +275,8 @@ class World:
         # of Ry(pitch) Rx(roll): the roll's axis turns with the pitch
         c, s = math.cos(pitch), math.sin(pitch)
         spin = (c * rate[0], rate[1], -s * rate[0])
-        self.engine.scene.place_floor(self.pose, cross(spin, scaled(arm, -1.0)), spin)
+        velocity = cross(spin, scaled(arm, -1.0))
+        self.engine.surround(self.engine.surroundings._replace(floor=self.pose, velocity=velocity, spin=spin))
 
     def to_world(self, position: Vec3) -> Vec3:
         """A point of the floor frame in the world."""
@@ -162,70 +303,66 @@ class World:
         hits = self.engine.rays(starts, ends, ground_only=True)
         return [_RAY_HEIGHT - 2.0 * _RAY_HEIGHT * hit.fraction for hit in hits]
 
-    def add_box(
+    def add_object(
         self,
         name: str,
-        size: Vec3,
+        shape: Solid,
         at: Vec2,
         yaw: float = 0.0,
         *,
         height: float | None = None,
-        mass: float = 0.0,
-        friction: float | None = None,
         beside_robot: bool = False,
     ) -> None:
-        """Put a box, or replace the one of its name.
+        """Put an object, or replace the one of its name.
 
         Args:
-            name: Of the box.
-            size: m.
+            name: Of the object.
+            shape: Its shape and mass.
             at: Middle of its bottom, floor frame, m.
             yaw: About the floor's normal, rad.
             height: Of its bottom over the floor, m; None: on the ground under its middle and corners.
-            mass: kg; 0: fixed on the floor.
-            friction: Against the soles; None: as the floor.
-            beside_robot: Refuse a place in which the robot is.
+            beside_robot: Refuse a place in which a robot is.
 
         Raises:
-            FrameError: the box would overlap the robot; the world stays as it was.
+            FrameError: the object would overlap a robot; the world stays as it was.
         """
-        before = self._box_state(name)
-        self.remove_box(name)
+        before, size = self._state(name), edges(shape)
+        self.remove_object(name)
         if height is None:
             height = max(self.ground(_footprint(size, at, yaw)))
         pose = Pose((at[0], at[1], height + size[2] / 2.0), quaternion(yaw=yaw))
-        self.engine.scene.add_box(name, size, pose, mass=mass, friction=friction)
-        self.boxes[name] = WorldBox(size, mass, friction)
+        self.objects[name] = WorldBody(shape, self.engine.add(shape, pose))
         if beside_robot and self.in_robot(name):
-            self.remove_box(name)
+            self.remove_object(name)
             if before is not None:
-                self._put_back(name, before)
-            raise FrameError(f"Box `{name}` would stand inside the robot; give it another place.")
+                self._put_back(name, *before)
+            raise FrameError(f"`{name}` would stand inside the robot; give it another place.")
 
     def in_robot(self, name: str) -> bool:
-        """Whether a box overlaps the robot."""
-        return self.engine.robot.distance(name) < _OVERLAP_DISTANCE
+        """Whether an object overlaps a robot."""
+        thing = self.objects[name].thing
+        return any(self.engine.overlap(robot, thing) > _OVERLAP for robot in self.engine.robots)
 
-    def clear_robot(self) -> tuple[str, ...]:
-        """Remove the movable boxes that overlap the robot after it is placed; their names."""
-        within = tuple(name for name, box in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
+    def clear_robots(self) -> tuple[str, ...]:
+        """Remove the movable objects that overlap a robot after it is placed; their names."""
+        within = tuple(
+            name for name, (shape, _) in self.objects.items() if shape.mass > 0.0 and self.in_robot(name)
+        )
         for name in within:
-            self.remove_box(name)
+            self.remove_object(name)
         return within
 
-    def _box_state(self, name: str) -> BoxState | None:
-        """State of a box that `_put_back` takes; None when there is no such box."""
-        box, scene = self.boxes.get(name), self.engine.scene
-        return None if box is None else BoxState(box, scene.pose(name), scene.velocity(name))
+    def _state(self, name: str) -> tuple[Solid, BodyState] | None:
+        """Shape and state that `_put_back` takes; None when there is no such object."""
+        found = self.objects.get(name)
+        return None if found is None else (found.shape, found.thing.state())
 
-    def _put_back(self, name: str, state: BoxState) -> None:
-        """Restore a box that was replaced."""
-        box = state.box
+    def _put_back(self, name: str, shape: Solid, state: BodyState) -> None:
+        """Restore an object that was replaced."""
         (x, y, z), turn = self.in_floor(state.pose)
-        height = z - 0.5 * box.size[2]
-        self.add_box(name, box.size, (x, y), yaw_of(turn), height=height, mass=box.mass, friction=box.friction)
-        if box.mass > 0.0:
-            self.engine.scene.move(name, state.pose, state.velocity)
+        self.add_object(name, shape, (x, y), yaw_of(turn), height=z - 0.5 * edges(shape)[2])
+        if shape.mass > 0.0:
+            self.objects[name].thing.place(state.pose, state.velocity, state.angular_velocity)
 
     def place_thing(
         self, name: str, kind: ThingKind, at: Vec2, yaw: float, height: float | None, size: float | None
@@ -234,7 +371,7 @@ class World:
         wide = THING_SIZES[kind] if size is None else size
         if height is None:
             height = 0.5 * wide if kind == "ball" else THING_HEIGHT
-        self.things[name] = Thing(kind, wide, (*at, height), yaw)
+        self.things[name] = VisibleThing(kind, wide, (*at, height), yaw)
 
     def visible_things(self) -> tuple[WorldThing, ...]:
         """All things to be seen, in the world frame."""
@@ -250,12 +387,12 @@ class World:
             for name, thing in self.things.items()
         )
 
-    def remove_box(self, name: str) -> bool:
-        """Take a box away; False when there is none."""
-        if self.boxes.pop(name, None) is None:
-            return False
-        self.engine.scene.remove(name)
-        return True
+    def remove_object(self, name: str) -> bool:
+        """Take an object away; False when there is none."""
+        found = self.objects.pop(name, None)
+        if found is not None:
+            self.engine.remove(found.thing)
+        return found is not None
 
 
 def _footprint(size: Vec3, at: Vec2, yaw: float) -> list[Vec2]:

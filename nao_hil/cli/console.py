@@ -109,7 +109,7 @@ def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
 
     chosen = with_engine(settings)
     require_engine(chosen.engine)
-    if settings.engine == "auto" and chosen.engine != ENGINES[0]:
+    if settings.engine == "auto" and chosen.engine != next(iter(ENGINES)):
         console.print(WITHOUT_PYBULLET, highlight=False)
     return chosen
 

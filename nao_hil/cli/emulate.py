@@ -1,23 +1,21 @@
-"""`nao-hil emulate`: the robot's process."""
+"""`nao-hil emulate`: the process of a world and its robots."""
 
 from __future__ import annotations
 
 import threading
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 import typer
 from rich.console import Console
 
-from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.host import robot_info
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
-from bridge.recording.observer import Observer
 from bridge.recording.recorder import Recorder
 from nao_hil import __version__
 from nao_hil.cli import options
@@ -27,6 +25,17 @@ from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.summary import RunStatistics, starved
+from nao_hil.runs.world_file import Member, members
+
+
+class _Link(NamedTuple):
+    """The options of robots on the link."""
+
+    listen: str
+    disarmed: bool
+    dry_run: bool
+    out: Path | None
+    overwrite: bool
 
 
 @takes_run("robot", "wear", "engine", "scenario", "start", "mode", "seed")
@@ -34,6 +43,21 @@ def emulate(
     settings: RunConfig,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
+    robots: Annotated[
+        int,
+        typer.Option(
+            "--robots", min=1, max=20, help="Like robots in one world, in a row; their ids are ID1, ID2, ..."
+        ),
+    ] = 1,
+    world: Annotated[
+        Path | None,
+        typer.Option(
+            "--world",
+            help="File that lists the robots of one world (TOML: name, robot, wear, seed, start, at, yaw).",
+            metavar="FILE",
+            show_default=False,
+        ),
+    ] = None,
     realtime_priority: options.RealtimePriority = True,
     disarmed: Annotated[
         bool, typer.Option("--disarmed", help="Start as a real robot does: `nao-hil arm` comes first.")
@@ -42,75 +66,106 @@ def emulate(
     out: options.Out = None,
     overwrite: options.Overwrite = False,
 ) -> Answer:
-    """Run the emulated robot until Ctrl-C; a controller may come and go.
+    """Run emulated robots until Ctrl-C; controllers may come and go.
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
-    # Imported late: the walker's machine has no PyBullet, and the command line must start there too.
-    from nao_hil.runs.build import check_robot
-
     if settings.mode == "in-process":
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()
     settings = chosen_engine(settings, console)
     stop = stop_event()
-    body = check_robot(settings)
-    guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
-    summary = _run(settings, body, guard, name, listen, realtime_priority, out, overwrite, stop, console)
-    return Answer(summary | {"config": msgspec.to_builtins(settings)})
+    link = _Link(listen, disarmed, dry_run, out, overwrite)
+    found = members(settings, name, robots, world)
+    return Answer(_run(found, settings, link, realtime_priority, stop, console))
 
 
 def _run(
+    found: list[Member],
     settings: RunConfig,
-    body: Body,
-    guard: Guard,
-    name: str,
-    listen: str,
+    link: _Link,
     priority: bool,
-    out: Path | None,
-    overwrite: bool,
     stop: threading.Event,
     console: Console,
 ) -> dict[str, Any]:
     # Imported late: the walker's machine has no PyBullet, and the command line must start there too.
-    from emulator.process import RobotProcess
+    from emulator.engine.settings import SETTINGS
+    from emulator.process import WorldProcess
     from emulator.scenarios import load_scenario
+    from emulator.start import build_world
     from emulator.timing import CycleTimer
     from nao_hil.runs.build import build_robot, require_upright
 
-    software = f"nao-hil {__version__}"
-    info = robot_info(body, robot=name, side="emulator", mode=settings.mode, software=software)
-    statistics = RunStatistics(settings.seed, settings.engine)
     scenario = load_scenario(settings.scenario)
-    robot = build_robot(settings, scenario)
-    require_upright(robot)
+    world = build_world(settings.engine, SETTINGS, scenario, settings.seed)
+    robots = [build_robot(config, scenario, name=name, at=at, world=world) for name, config, at in found]
+    world.start()
+    for robot in robots:
+        require_upright(robot)
+    statistics = [RunStatistics(config.seed, config.engine) for _, config, _ in found]
     with ExitStack() as opened:
-        link = opened.enter_context(RobotLink(info, listen, announced=False))
-        directory = RunDirectory(out)  # the run can begin: the folder keeps its content until here
-        directory.clear(overwrite=overwrite)
-        recorder = opened.enter_context(Recorder(directory.recording, settings, robot_scene(body)))
-        directory.write_config(settings)
-        directory.write_scenario(scenario)
-        observers: list[Observer] = [statistics, recorder]
-        process = RobotProcess(robot, link, guard, observers, stop, dry_run=guard.status.dry_run)
-        console.print(
-            f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}"
-        )
-        summary: dict[str, Any]
+        sides, directories = _open(opened, found, robots, statistics, link)
+        for directory in directories:
+            directory.write_scenario(scenario)
+        for name, robot, directory in zip((member.name for member in found), robots, directories, strict=True):
+            console.print(
+                f"robot `{name}` ({robot.body.title}) at {link.listen}, {settings.mode}; "
+                f"recording to {directory.path}"
+            )
+        process = WorldProcess(sides, stop)
+        timer = CycleTimer(robots[0].body.cycle)
         if settings.mode == "real-time":
-            timer = CycleTimer(body.cycle)
             quiet_process(ROBOT_PRIORITY if priority else None)
             process.real_time(timer)
-            summary = msgspec.to_builtins(statistics.summary(process.wall_seconds))
-            times = timer.times
-            summary["timing"] = msgspec.to_builtins(times)
-            summary["starved"] = starved(summary["cycles"], summary["cycles_missed"], times.skipped)
-            if summary["starved"]:
-                console.print(summary["starved"], highlight=False)
         else:
             process.lockstep()
-            summary = msgspec.to_builtins(statistics.summary(process.wall_seconds))
-        summary["commands_refused"] = link.refused
-    robot.close()
-    directory.write_summary(summary)
-    return summary
+        summaries = {}
+        for (name, config, _), own, side in zip(found, statistics, sides, strict=True):
+            summary: dict[str, Any] = msgspec.to_builtins(own.summary(process.wall_seconds))
+            if settings.mode == "real-time":
+                times = timer.times
+                summary["timing"] = msgspec.to_builtins(times)
+                summary["starved"] = starved(summary["cycles"], summary["cycles_missed"], times.skipped)
+                if summary["starved"]:
+                    console.print(summary["starved"], highlight=False)
+            summary["commands_refused"] = side.link.refused
+            summaries[name] = summary | {"config": msgspec.to_builtins(config)}
+    robots[0].world.engine.close()
+    for summary, directory in zip(summaries.values(), directories, strict=True):
+        directory.write_summary({key: value for key, value in summary.items() if key != "config"})
+    return summaries[found[0].name] if len(found) == 1 else {"robots": summaries}
+
+
+def _open(
+    opened: ExitStack, found: list[Member], robots: list[Any], statistics: list[RunStatistics], link: _Link
+) -> tuple[list[Any], list[RunDirectory]]:
+    """The sides of the robots on the link, and the folders of their runs.
+
+    Args:
+        opened: Closes links and recordings.
+        found: The robots as configured.
+        robots: The same, emulated.
+        statistics: Of each.
+        link: Options.
+    """
+    from emulator.process import RobotSide
+
+    software = f"nao-hil {__version__}"
+    links: list[RobotLink] = []
+    for (name, config, _), robot in zip(found, robots, strict=True):
+        info = robot_info(robot.body, robot=name, side="emulator", mode=config.mode, software=software)
+        first = links[0] if links else None
+        links.append(opened.enter_context(RobotLink(info, link.listen, announced=False, beside=first)))
+    # the run can begin: the folders keep their content until here
+    whole = RunDirectory(link.out)
+    directories = [whole] if len(found) == 1 else [RunDirectory(whole.path / name) for name, _, _ in found]
+    sides = []
+    for (_, config, _), robot, own, side, directory in zip(
+        found, robots, statistics, links, directories, strict=True
+    ):
+        directory.clear(overwrite=link.overwrite)
+        recorder = opened.enter_context(Recorder(directory.recording, config, robot_scene(robot.body)))
+        directory.write_config(config)
+        guard = Guard(robot.body, config.guard, armed=not link.disarmed, dry_run=link.dry_run)
+        sides.append(RobotSide(robot, side, guard, [own, recorder], dry_run=link.dry_run))
+    return sides, directories

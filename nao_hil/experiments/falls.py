@@ -182,7 +182,7 @@ def _impacts(robot: EmulatedRobot, heights: dict[str, float], speed: dict[str, f
     """Note the downward speed of torso and head as their lowest points reach the ground."""
     shapes = link_shapes(robot.body)
     for part in _PARTS:
-        height = lowest_point(shapes[part], robot.engine.robot.link_pose(part))
+        height = lowest_point(shapes[part], robot.multibody.state(part).pose)
         if part in heights and part not in speed and height < _TOUCH:
             speed[part] = (heights[part] - height) / robot.body.cycle
         heights[part] = height

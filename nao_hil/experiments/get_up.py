@@ -88,7 +88,7 @@ def dropped(config: RunConfig) -> EmulatedRobot:
     robot, random = build_robot(config), np.random.default_rng([config.seed, 1])
     for _ in range(DRAWS):
         robot.lay_down(random_drop(robot.body, DROP, random))
-        if robot.engine.robot.overlap() == 0.0:
+        if robot.engine.overlap(robot.multibody, robot.multibody) == 0.0:
             break
     for _ in range(round(LIES / robot.body.cycle)):
         robot.advance(None)

@@ -82,7 +82,8 @@ class Bench:
             orientation=quaternion(*orientation),
         )
         # the robot's own settings keep gravity: its inertial unit would not start without
-        self.robot.engine.set_gravity((0.0, 0.0, -gravity))
+        physics = self.robot.engine
+        physics.surround(physics.surroundings._replace(gravity=(0.0, 0.0, -gravity)))
         self._cycle = 0
         self.play(lambda _: {}, SETTLE)
 
@@ -130,18 +131,18 @@ class Bench:
         return np.array(rows)
 
     def _mechanical(self, values: Array) -> list[float]:
-        joints = self.robot.engine.robot.joints
+        joints = self.robot.multibody.joints
         return [float(values[joints.index(name)]) for name in LEGS]
 
     def clamp(self, free: str | None = None) -> None:
         """Clamp all joints where they are, but one."""
-        robot = self.robot.engine.robot
+        robot = self.robot.multibody
         robot.lock([name for name in robot.joints if not _moves_with(name, free)], CLAMP)
 
     def clamp_torque(self) -> Array:
         """Torque that the clamp holds against each leg motor, N m, absolute; both hips' halves are added."""
-        robot = self.robot.engine.robot
-        torque = dict(zip(robot.joints, np.abs(robot.lock_torque()).tolist(), strict=True))
+        robot = self.robot.multibody
+        torque = dict(zip(robot.joints, np.abs(robot.lock_torque).tolist(), strict=True))
         torque["LHipYawPitch"] += torque["RHipYawPitch"]
         return np.array([torque[name] for name in LEGS])
 

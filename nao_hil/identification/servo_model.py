@@ -22,7 +22,7 @@ from bridge.body.quantities import GRAVITY, tensor_matrix
 from bridge.types import Array
 from emulator.compiled import compiled
 from emulator.drives import run_drives
-from emulator.engine.values import PhysicsSettings
+from emulator.engine.settings import PhysicsSettings
 from emulator.servo.parameters import ServoParameters
 from emulator.servo.servo import Servo
 from nao_hil.identification.readings import Signals
@@ -138,12 +138,12 @@ class ServoModel:
         servo.apply_power()
         out = np.empty_like(self._measured)
         _simulate(
-            servo.drives,
+            servo.drives.records,
             self._request,
             self._measured,
             self._cosine,
             self._sine,
-            self._inertia + servo.rotor_inertia,
+            self._inertia + servo.drives.rotor_inertia,
             self._steps,
             parameters.delay / STEP,
             STEP,

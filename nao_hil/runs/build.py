@@ -9,6 +9,7 @@ import msgspec
 
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
+from bridge.types import Vec3
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from emulator.robot import EmulatedRobot
     from emulator.scenarios import Scenario
     from emulator.wear import WearProfile
+    from emulator.world.world import World
 
 
 def with_engine(settings: RunConfig) -> RunConfig:
@@ -37,6 +39,10 @@ def build_robot(
     scenario: Scenario | None = None,
     body: Body | None = None,
     wear: WearProfile | None = None,
+    *,
+    name: str = "nao",
+    at: Vec3 | None = None,
+    world: World | None = None,
 ) -> EmulatedRobot:
     """The emulated robot of a run, at cycle 0; the caller closes it.
 
@@ -45,6 +51,9 @@ def build_robot(
         scenario: Replaces the scenario that the configuration names.
         body: Replaces the body that it names.
         wear: Replaces the wear profile that it names.
+        name: As for `EmulatedRobot`; `at` and `world` too.
+        at: Likewise.
+        world: Likewise.
 
     Raises:
         ConfigurationError: no such body, wear profile or scenario, or a box of the scenario inside the robot.
@@ -62,6 +71,9 @@ def build_robot(
         wear=load_wear(settings.wear, body) if wear is None else wear,
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
         start=settings.start or None,
+        name=name,
+        at=at,
+        world=world,
     )
 
 
@@ -102,7 +114,7 @@ def check_robot(settings: RunConfig) -> Body:
             a robot that falls before its first cycle, or a cycle that the physics cannot fill.
     """
     # imported here: as in `build_robot`
-    from emulator.engine.values import SETTINGS
+    from emulator.engine.settings import SETTINGS
     from emulator.scenarios import load_scenario
     from emulator.wear import load_wear
 

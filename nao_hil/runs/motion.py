@@ -80,7 +80,7 @@ def play(
         temperature = max(temperature, *robot.frame.temperature)
         current = max(current, float((robot.servo.current() / robot.servo.stall_current).max()))
         if cycle % 10 == 0:
-            overlap = max(overlap, robot.engine.robot.overlap())
+            overlap = max(overlap, robot.engine.overlap(robot.multibody, robot.multibody))
         if watch is not None:
             watch(robot)
     return MotionResult(

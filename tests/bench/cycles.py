@@ -17,6 +17,7 @@ from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.wear import WEAR, load_wear
+from tests.engines import bare_step
 
 
 def bare_cycle(robot: EmulatedRobot) -> None:
@@ -27,7 +28,7 @@ def bare_cycle(robot: EmulatedRobot) -> None:
     """
     engine = robot.engine
     for _ in range(round(robot.body.cycle / engine.settings.step)):
-        engine.bare_step()
+        bare_step(engine)
 
 
 BODY: Final = "nao-v6"

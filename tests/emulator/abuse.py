@@ -19,6 +19,7 @@ from bridge.messages.world import EndFault, Push, StandUp, StartFault
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile
+from tests.engines import energy as energy_of
 
 ROUND: Final = 8.0
 """s from one stand to the next: commands for 5 s, limp for 3 s."""
@@ -40,7 +41,7 @@ class AbuseRun:
 
     def __init__(self, robot: EmulatedRobot, random: np.random.Generator) -> None:
         self._robot, self._random = robot, random
-        names = robot.engine.robot.joints
+        names = robot.multibody.joints
         sheets = [robot.body.joints[name] for name in names]
         self._lower = np.array([sheet.lower for sheet in sheets])
         self._upper = np.array([sheet.upper for sheet in sheets])
@@ -76,7 +77,7 @@ class AbuseRun:
             if robot.time >= change:
                 command, change = self._command(), robot.time + random.uniform(0.02, 0.8)
             if robot.time >= push:
-                target = str(random.choice(["Torso", *robot.engine.robot.joints]))
+                target = str(random.choice(["Torso", *robot.multibody.joints]))
                 x, y, z = random.normal(0.0, LARGEST_PUSH / 3.0, 3).tolist()
                 carry_out(robot, Push(target=target, impulse=(x, y, z), duration=random.uniform(0.005, 0.3)))
                 push = robot.time + random.exponential(2.0)
@@ -104,7 +105,7 @@ class AbuseRun:
         while robot.time < end:
             fell = self._cycle(None) or fell
             if robot.time > quiet:
-                energy = robot.engine.robot.energy()
+                energy = energy_of(robot.engine, robot.multibody)
                 least = min(least, energy)
                 self._rise = max(self._rise, energy - least)
         carry_out(robot, EndFault())
@@ -116,11 +117,11 @@ class AbuseRun:
         robot.take_notices()
         truth = robot.truth()
         self._finite = self._finite and _finite(frame) and all(map(math.isfinite, truth.joints))
-        position = robot.engine.robot.position
+        position = robot.multibody.position
         excess = np.maximum(position - self._upper, self._lower - position)
         worst = int(excess.argmax())
         if excess[worst] > self._excess:
-            self._excess, self._excess_joint = float(excess[worst]), robot.engine.robot.joints[worst]
+            self._excess, self._excess_joint = float(excess[worst]), robot.multibody.joints[worst]
         self._farthest = max(self._farthest, math.dist(truth.torso_position, (0.0, 0.0, 0.0)))
         return truth.fell
 

@@ -13,10 +13,11 @@ from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.postures import POSTURES
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS, CapsuleShape, SphereShape, link_shapes
-from emulator.engine.values import PhysicsSettings
 from emulator.poses import ORIGIN, Pose, matrix
 from emulator.world.world import WOOD
+from tests.engines import energy, passive
 
 DROP = 0.6
 """m; the Torso frame's height: about 0.2 m of free fall, more for a curled robot."""
@@ -31,13 +32,13 @@ def engine() -> Iterator[Engine]:
 
 def _random_angles(engine: Engine, body_name: str, random: np.random.Generator) -> None:
     """Joint angles over the whole ranges, and no limbs in one another."""
-    sheet = load_body(body_name).joints
-    names = engine.robot.joints
+    sheet, (robot,) = load_body(body_name).joints, engine.robots
+    names = robot.joints
     for _ in range(50):
         q = {name: random.uniform(sheet[name].lower, sheet[name].upper) for name in names}
         q["RHipYawPitch"] = q["LHipYawPitch"]
-        engine.robot.set_joints([q[name] for name in names])
-        if engine.robot.overlap() == 0.0:
+        robot.place(ORIGIN, joints=[q[name] for name in names])
+        if engine.overlap(robot, robot) == 0.0:
             return
     pytest.fail("50 random poses, and limbs in one another in each")
 
@@ -47,34 +48,32 @@ def _random_angles(engine: Engine, body_name: str, random: np.random.Generator) 
 def test_energy_of_a_limp_robot_only_falls(engine: Engine, body: str, seed: int) -> None:
     # no drive, no source of energy: kinetic and potential energy together can only get less
     random = np.random.default_rng(seed)
-    joints = len(joint_tree(load_body(body)))
-    engine.scene.set_surface(WOOD)
-    engine.add_robot(load_body(body), np.full(joints, 0.003))
+    engine.surround(engine.surroundings._replace(surface=WOOD))
+    robot = engine.add_robot(load_body(body), passive(load_body(body)))
     _random_angles(engine, body, random)
     x, y, z, w = Rotation.random(random_state=random).as_quat()
-    engine.robot.set_torso(Pose((0.0, 0.0, DROP), (x, y, z, w)))
-    engine.begin_cycle()
-    energy, deepest = [engine.robot.energy()], 0.0
+    robot.place(Pose((0.0, 0.0, DROP), (x, y, z, w)))
+    energies, deepest = [energy(engine, robot)], 0.0
     for step in range(2500):
-        engine.step(np.zeros(joints))
-        energy.append(engine.robot.energy())
+        engine.run(1)
+        energies.append(energy(engine, robot))
         if step % 50 == 0:
-            deepest = max(deepest, engine.robot.overlap())
-    rises = np.array(energy) - np.minimum.accumulate(energy)
+            deepest = max(deepest, engine.overlap(robot, robot))
+    rises = np.array(energies) - np.minimum.accumulate(energies)
     # What the springs under the soles give back, and the solver while it pushes overlapping shapes apart.
-    assert rises.max() < 2e-2 * energy[0]
-    assert energy[-1] < 0.2 * energy[0]
+    assert rises.max() < 2e-2 * energies[0]
+    assert energies[-1] < 0.2 * energies[0]
     assert deepest < 0.003
 
 
 def _lowest(engine: Engine, body_name: str) -> tuple[float, float]:
     """Lowest point of the soles, and of all rounded shapes, world frame, m."""
-    body, robot = load_body(body_name), engine.robot
+    body, (robot,) = load_body(body_name), engine.robots
     lowest = np.inf
     for link, shape in link_shapes(body).items():
         if not isinstance(shape, CapsuleShape | SphereShape):
             continue
-        position, turn = robot.link_pose(link)
+        position, turn = robot.state(link).pose
         rotation = np.array(matrix(turn)).reshape(3, 3)
         half = 0.5 * shape.length if isinstance(shape, CapsuleShape) else 0.0
         axis = Rotation.from_quat(shape.orientation).as_matrix()[:, 2] if half else np.zeros(3)
@@ -83,7 +82,7 @@ def _lowest(engine: Engine, body_name: str) -> tuple[float, float]:
             lowest = min(lowest, float(z) - shape.radius)
     soles = []
     for link in FOOT_LINKS.values():
-        position, turn = robot.link_pose(link)
+        position, turn = robot.state(link).pose
         soles.append(position[2] - body.lengths.FootHeight * matrix(turn)[8])
     return min(soles), lowest
 
@@ -93,29 +92,28 @@ def _lowest(engine: Engine, body_name: str) -> tuple[float, float]:
 def test_only_the_soles_of_a_robot_on_its_feet_reach_the_ground(
     engine: Engine, body: str, posture: str
 ) -> None:
-    engine.add_robot(load_body(body), np.full(len(joint_tree(load_body(body))), 0.003))
-    engine.robot.set_joints([POSTURES[posture][INDEX_WITH_MIRROR[name]] for name in engine.robot.joints])
-    engine.robot.set_torso(ORIGIN)
+    robot = engine.add_robot(load_body(body), passive(load_body(body)))
+    robot.place(ORIGIN, joints=[POSTURES[posture][INDEX_WITH_MIRROR[name]] for name in robot.joints])
     sole, shell = _lowest(engine, body)
     assert shell > sole + 0.005
     if posture != "Crouch":  # there the published one lays the hands on the thighs
-        assert engine.robot.overlap() == 0.0
+        assert engine.overlap(robot, robot) == 0.0
 
 
 @pytest.mark.parametrize("body", ["nao-v3", "nao-v6"])
 def test_feet_do_not_stand_inside_each_other(engine: Engine, body: str) -> None:
     # both hips rolled inward as far as they go, the feet press on each other instead of passing through
     names = list(joint_tree(load_body(body)))
-    engine.add_robot(load_body(body), np.full(len(names), 0.003), held=True)
-    torque = np.zeros(len(names))
+    robot = engine.add_robot(load_body(body), passive(load_body(body)), held=True)
+    torque = robot.torque
     torque[names.index("LHipRoll")], torque[names.index("RHipRoll")] = -0.5, 0.5
-    engine.set_gravity((0.0, 0.0, 0.0))
-    engine.robot.set_torso(Pose((0.0, 0.0, 1.0)))
+    engine.surround(engine.surroundings._replace(gravity=(0.0, 0.0, 0.0)))
+    robot.place(Pose((0.0, 0.0, 1.0)))
     deepest = 0.0
     for step in range(1000):
-        engine.step(torque.copy())
+        engine.run(1)
         if step % 10 == 0:
-            deepest = max(deepest, engine.robot.overlap())
-    left, right = (engine.robot.link_pose(link).position[1] for link in FOOT_LINKS.values())
+            deepest = max(deepest, engine.overlap(robot, robot))
+    left, right = (robot.state(link).position[1] for link in FOOT_LINKS.values())
     assert deepest < 0.003
     assert left - right > 0.06  # the inner edges of the two soles, 33 and 39 mm from the ankles

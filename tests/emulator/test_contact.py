@@ -21,12 +21,13 @@ from emulator.engine.catalogue import open_engine
 from emulator.engine.contacts import Stops, own_inertia
 from emulator.engine.mujoco.engine import MujocoEngine
 from emulator.engine.pybullet.client import bullet
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS
-from emulator.engine.values import PhysicsSettings
 from emulator.poses import Pose, compose, matrix, quaternion
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from emulator.world.world import SURFACES, World
+from tests.engines import passive
 
 LOAD = 47.0
 """N, about the weight of a NAO."""
@@ -57,24 +58,21 @@ class PressedFoot:
     def __init__(self, engine: Engine, body: Body, surface: str, pitch: float = 0.0) -> None:
         self.engine = engine
         World(self.engine, SURFACES[surface])
-        self.engine.set_gravity((0.0, 0.0, 0.0))
-        joints = len(joint_tree(body))
-        self.engine.add_robot(body, np.full(joints, 1e-3))
-        self.none = np.zeros(joints)
-        robot = self.engine.robot
+        self.engine.surround(self.engine.surroundings._replace(gravity=(0.0, 0.0, 0.0)))
+        self.robot = robot = self.engine.add_robot(body, passive(body, 1e-3))
         outline = sole_hull(body, "L")
         middle = 0.5 * (outline.max(axis=0) + outline.min(axis=0))
         self._middle: Vec3 = (float(middle[0]), float(middle[1]), -body.lengths.FootHeight)
         # the right leg out of the way, the left sole just over the floor
         raised = {"RHipPitch": -0.8, "RKneePitch": 1.6}
-        robot.set_joints([raised.get(name, 0.0) for name in robot.joints])
-        robot.set_torso(Pose(orientation=quaternion(pitch=pitch)))
+        joints = [raised.get(name, 0.0) for name in robot.joints]
+        robot.place(Pose(orientation=quaternion(pitch=pitch)), joints=joints)
         lowest = min(self.world((x, y, -body.lengths.FootHeight))[2] for x, y in outline.tolist())
-        robot.set_torso(Pose((0.0, 0.0, -lowest), quaternion(pitch=pitch)))
+        robot.place(Pose((0.0, 0.0, -lowest), quaternion(pitch=pitch)))
 
     def world(self, point: Vec3) -> Vec3:
         """A point of the AnkleRoll frame in the world."""
-        return compose(self.engine.robot.link_pose(FOOT_LINKS["L"]), Pose(point)).position
+        return compose(self.robot.state(FOOT_LINKS["L"]).pose, Pose(point)).position
 
     def height(self) -> float:
         """Of the sole's middle over the floor, m."""
@@ -85,23 +83,23 @@ class PressedFoot:
         x, y, _ = self._middle
         place, force = self.world((x + along, y, 0.0)), (0.0, 0.0, -LOAD)
         if isinstance(self.engine, MujocoEngine):
-            com = self.engine.robot.link_com(FOOT_LINKS["L"])
+            com = self.robot.link_com(FOOT_LINKS["L"])
             moment = np.cross(np.subtract(place, com), force) + torque
-            self.engine.simulation.data.body(FOOT_LINKS["L"]).xfrc_applied[:] = (*force, *moment)
+            self.engine.simulation.data.body(f"1/{FOOT_LINKS['L']}").xfrc_applied[:] = (*force, *moment)
         else:
             self._push_bullet(place, force, torque)
-        self.engine.step(self.none.copy())
+        self.engine.run(1)
 
     def _push_bullet(self, place: Vec3, force: Vec3, torque: Vec3) -> None:
         bullet = pytest.importorskip("emulator.engine.pybullet.client").bullet
-        model = self.engine.robot.model
+        model = self.robot.model
         link, options = model.feet["L"], {"flags": bullet.WORLD_FRAME, "physicsClientId": model.client}
         bullet.applyExternalForce(model.robot, link, force, place, **options)
         bullet.applyExternalTorque(model.robot, link, torque, **options)
 
     def angles(self) -> tuple[float, float]:
         """Pitch and yaw of the foot, rad."""
-        turn = matrix(self.engine.robot.link_pose(FOOT_LINKS["L"]).orientation)
+        turn = matrix(self.robot.state(FOOT_LINKS["L"]).pose.orientation)
         return math.asin(-turn[6]), math.atan2(turn[3], turn[0])
 
 
@@ -198,7 +196,7 @@ def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_sto
     body = load_body(name)
     random = np.random.default_rng(1)
     with EmulatedRobot(body, engine=physics, seed=0, wear=load_wear(wear)) as robot:
-        joints = robot.engine.robot
+        joints = robot.multibody
         sheets = [body.joints[joint] for joint in joints.joints]
         lower, upper = (np.array([getattr(sheet, end) for sheet in sheets]) for end in ("lower", "upper"))
         beyond, speed, height = 0.0, 0.0, 0.0
@@ -225,7 +223,7 @@ def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_sto
 
 def kinetic_energy(robot: EmulatedRobot) -> float:
     """Of all links, from PyBullet's own velocities and inertias, J."""
-    model = robot.engine.robot.model
+    model = robot.multibody.model
     client, body = model.client, model.robot
     turn = bullet.getBasePositionAndOrientation(body, physicsClientId=client)[1]
     moving = [(-1, turn, *bullet.getBaseVelocity(body, physicsClientId=client))]
@@ -245,17 +243,17 @@ def test_a_limp_robot_flung_in_weightlessness_gains_no_energy(wear: str) -> None
     body = load_body("nao-v6")
     random = np.random.default_rng(1)
     with EmulatedRobot(body, seed=0, wear=load_wear(wear), settle=0.0, lift=1.0) as robot:
-        client = robot.engine.robot.model.client
+        client = robot.multibody.model.client
         bullet.setGravity(0.0, 0.0, 0.0, physicsClientId=client)
         limp = ActuatorFrame(reply_to=0, position=(0.0,) * 25, stiffness=(-1.0,) * 25)
         for _ in range(5):
             robot.advance(limp)
-        numbers = robot.engine.robot.model.numbers
+        numbers = robot.multibody.model.numbers
         for i, joint in enumerate(joint_tree(body)):
             speed = joint_no_load_speed(body, joint) * float(random.uniform(-1.0, 1.0))
-            angle = float(robot.engine.robot.position[i])
+            angle = float(robot.multibody.position[i])
             bullet.resetJointState(
-                robot.engine.robot.model.robot, numbers[i], angle, speed, physicsClientId=client
+                robot.multibody.model.robot, numbers[i], angle, speed, physicsClientId=client
             )
         energies = []
         for _ in range(200):

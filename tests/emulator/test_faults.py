@@ -208,11 +208,11 @@ def test_a_stuck_joint_stays_and_tells_so(held: EmulatedRobot) -> None:
 def test_a_weak_joint_gives_its_share_of_the_stall_torque(held: EmulatedRobot) -> None:
     """Driven against a far target, the drive's torque at rest is its limit."""
     servo = held.servo
-    joint = held.engine.robot.joints.index("LKneePitch")
+    joint = held.multibody.joints.index("LKneePitch")
     stall = joint_stall_torque(BODY, "LKneePitch")
 
     def largest() -> float:
-        position = held.engine.robot.position.copy()
+        position = held.multibody.position.copy()
         held.advance(command(0, LKneePitch=1.0))
         return max(abs(float(torques(servo, position, 0.0 * position)[joint])) for _ in range(20))
 

@@ -86,7 +86,7 @@ def test_a_peg_under_one_cell_of_the_robot_is_felt_by_that_cell(side: str, cell:
     """The robot hangs in the air, nailed by its torso, and a peg comes up under one cell."""
     with EmulatedRobot(BODY, seed=0, held=True, lift=0.1, settle=0.2) as robot:
         assert robot.frame.fsr == (0.0,) * 8
-        model = robot.engine.robot.model
+        model = robot.multibody.model
         state = bullet.getLinkState(
             model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
         )

@@ -196,7 +196,7 @@ def test_free_fall_weighs_nothing_and_follows_the_parabola() -> None:
 @pytest.mark.parametrize(("name", "seen"), [("nao-v3", 0.0), ("nao-v6", 0.7)])
 def test_gyroscope_is_right_handed_and_has_the_axes_of_its_body(name: str, seen: float) -> None:
     with EmulatedRobot(load_body(name), seed=0, settle=0.0, lift=2.0) as robot:
-        model = robot.engine.robot.model
+        model = robot.multibody.model
         for axis in range(3):
             robot.reset()
             omega = [0.0, 0.0, 0.0]

@@ -17,7 +17,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.messages.faults import CommandLost, DcmPause, JointWeak
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.values import PhysicsSettings
+from emulator.engine.settings import PhysicsSettings
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from tests.processes import python
@@ -49,7 +49,7 @@ def weight(body: Body) -> float:
 
 def cells_in_world(robot: EmulatedRobot) -> np.ndarray:
     """Places of the eight cells in the world, m."""
-    model, places = robot.engine.robot.model, []
+    model, places = robot.multibody.model, []
     for side, cells in (("L", robot.body.fsr.L), ("R", robot.body.fsr.R)):
         link = bullet.getLinkState(
             model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
@@ -85,7 +85,7 @@ def test_the_true_sole_touches_the_floor(side: str, mirror: float) -> None:
     body = load_body("nao-v3")
     outline = ConvexHull(np.array(body.foot.sole) * (1.0, mirror))
     with EmulatedRobot(body, seed=0) as robot:
-        model = robot.engine.robot.model
+        model = robot.multibody.model
         link = bullet.getLinkState(
             model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
         )
@@ -101,7 +101,7 @@ def test_the_true_sole_touches_the_floor(side: str, mirror: float) -> None:
 @pytest.mark.parametrize("name", ["Crouch", "Stand", "StandInit"])
 def test_it_starts_looking_along_x_with_level_soles(name: str) -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=0, posture=name, settle=0.0) as robot:
-        model = robot.engine.robot.model
+        model = robot.multibody.model
         forward = Rotation.from_quat(robot.truth().torso_orientation).apply([1.0, 0.0, 0.0])
         assert forward[0] > 0.9
         assert forward[1] == pytest.approx(0.0, abs=1e-6)
@@ -117,7 +117,7 @@ def test_force_sensors_tell_weight_and_centre_of_pressure_of_a_robot_that_leans(
     for lean, angles in LEANS.items():
         with EmulatedRobot(body, seed=0, posture=angles, settle=2.0) as robot:
             truth, frame = robot.truth(), robot.frame
-            model = robot.engine.robot.model
+            model = robot.multibody.model
             points = bullet.getContactPoints(model.robot, physicsClientId=model.client)
             cells = cells_in_world(robot)[:, :2]
         loads[lean] = np.array(frame.fsr)
@@ -221,7 +221,7 @@ def test_a_robot_on_its_back_has_fallen() -> None:
         for _ in range(100):
             robot.advance(None)
         assert robot.truth().fell
-        model = robot.engine.robot.model
+        model = robot.multibody.model
         low = min(
             bullet.getAABB(model.robot, i, physicsClientId=model.client)[0][2] for i in (-1, *model.numbers)
         )
@@ -292,7 +292,7 @@ def frames(wear: str, *, ahead: bool) -> list[SensorFrame]:
             if cycle == 90:
                 robot.faults.start(JointWeak(joint="LKneePitch", fraction=0.5), robot.time, 0.3)
             if ahead:
-                robot.run_ahead()
+                robot.world.run_ahead()
             seen.append(robot.advance(squat(robot.frame), expected=True))
         return seen
 
@@ -307,7 +307,7 @@ def test_the_world_moves_before_the_command_only_where_that_cannot_act_yet(wear:
     with EmulatedRobot(V6, seed=4, engine="mujoco", wear=load_wear(wear)) as robot:
         for _ in range(20):
             robot.advance(squat(robot.frame))
-        before = robot.engine.robot.position.copy()
-        robot.run_ahead()
-        assert bool((robot.engine.robot.position != before).any()) is moves
+        before = robot.multibody.position.copy()
+        robot.world.run_ahead()
+        assert bool((robot.multibody.position != before).any()) is moves
         assert robot.frame.seq == robot.seq == 20

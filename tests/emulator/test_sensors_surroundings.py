@@ -62,7 +62,7 @@ def test_impossible_buttons() -> None:
 @pytest.mark.parametrize(("offset", "bumper"), [(0.015, "left"), (-0.015, "right")])
 def test_a_toe_against_a_block_presses_its_bumper(side: str, offset: float, bumper: str) -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.2) as robot:
-        model = robot.engine.robot.model
+        model = robot.multibody.model
         foot = bullet.getLinkState(model.robot, model.feet[side], physicsClientId=model.client)[4]
         front = max(x for x, _ in robot.body.foot.sole)
         body = block(robot, (foot[0] + front + 0.043, foot[1] + offset, 0.02), (0.05, 0.01, 0.02))
@@ -208,7 +208,7 @@ def test_sonar_noise_and_step() -> None:
     ) as robot:
         x = robot.truth().torso_position[0]
         block(robot, (x + 1.05, 0.0, 0.6), (0.05, 2.0, 0.4))
-        state = robot.engine.robot.torso()
+        state = robot.multibody.state()
         readings = []
         for _ in range(4000):
             robot.sensors.sonars.update(state)

@@ -1,6 +1,7 @@
 """The world against closed forms: statics on slopes, Coulomb's law, impulse and momentum, a pendulum."""
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,7 +24,8 @@ from bridge.messages.world import (
 )
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
-from emulator.engine.values import PhysicsSettings
+from emulator.engine.settings import PhysicsSettings
+from emulator.engine.values import Box
 from emulator.poses import yaw_of
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
@@ -54,13 +56,13 @@ def pybullet_engine():
     engine.close()
 
 
-def bob_place(engine: Engine, name: str) -> np.ndarray:
+def bob_place(engine: Engine, pendulum: Any) -> np.ndarray:
     """Middle of a pendulum's bob, asked of the engine itself."""
     if hasattr(engine, "simulation"):
-        return np.array(engine.simulation.now.body(name).xipos)
+        return np.array(engine.simulation.now.body(pendulum.name).xipos)
     from emulator.engine.pybullet.client import bullet
 
-    state = bullet.getLinkState(engine.scene.bodies[name], 0, physicsClientId=engine.client)
+    state = bullet.getLinkState(pendulum.number, 0, physicsClientId=engine.client)
     return np.array(state[0])
 
 
@@ -177,11 +179,11 @@ def test_a_movable_box_slides_as_coulomb_says(physics: str) -> None:
 def test_a_pendulum_reaches_the_speed_of_its_height(engine: Engine) -> None:
     """v = sqrt(2 g l (1 - cos a)) at the lowest point, corrected for the bob's own moment of inertia."""
     length, angle, mass = 0.8, math.radians(40.0), 2.0
-    pendulum = PendulumStrike(engine, "bob", (0.0, 0.0, 1.0), 0.3, mass, length, angle)
-    places = [bob_place(engine, pendulum.name)]
+    pendulum = PendulumStrike(engine, (0.0, 0.0, 1.0), 0.3, mass, length, angle)
+    places = [bob_place(engine, pendulum.thing)]
     for _ in range(2000):
-        engine.bare_step()
-        places.append(bob_place(engine, pendulum.name))
+        engine.run(1)
+        places.append(bob_place(engine, pendulum.thing))
         if not pendulum.step():
             break
     steps = np.diff(places, axis=0) / engine.settings.step
@@ -231,7 +233,7 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> Non
         )
         robot.advance(None)
         (plate,) = robot.world_events.objects()
-        foot = robot.engine.robot.link_pose("RAnkleRoll").position
+        foot = robot.multibody.state("RAnkleRoll").position
         x, y = BODY.foot.centre[0] + 0.02, -BODY.foot.centre[1] + 0.01
         np.testing.assert_allclose(plate.position, (foot[0] + x, foot[1] + y, 0.005), atol=2e-3)
         assert yaw_of(plate.orientation) == pytest.approx(-0.5, abs=0.02)
@@ -262,7 +264,7 @@ def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed(ph
 def test_a_scenario_with_a_box_in_the_robot_at_its_start_is_refused(
     start: Start, box: PlacedBox, physics: str
 ) -> None:
-    with pytest.raises(ConfigurationError, match=r"Box `crate` of the scenario stands inside nao-v3"):
+    with pytest.raises(ConfigurationError, match=r"Object `crate` of the scenario stands inside nao-v3"):
         EmulatedRobot(BODY, engine=physics, seed=0, scenario=Scenario(start=start, boxes=(box,)))
 
 
@@ -392,7 +394,7 @@ def test_a_movable_box_makes_room_for_a_robot_that_is_put_on_its_feet(physics: s
         for name, x in (("over it", 0.0), ("beside it", 0.8)):
             carry_out(robot, PlaceBox(name=name, size=(0.1, 0.1, 0.1), at=(x, 0.0), mass=0.3, height=0.25))
         assert carry_out(robot, StandUp()).endswith(" Box `over it` was there and was taken away.")
-        assert list(robot.world.boxes) == ["beside it"]
+        assert list(robot.world.objects) == ["beside it"]
 
 
 def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
@@ -412,12 +414,12 @@ def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
 def test_a_tilting_floor_moves_with_the_velocity_that_its_places_tell(pybullet_engine: Engine) -> None:
     engine = pybullet_engine
     world = World(engine)
-    world.add_box("far", (0.1, 0.1, 0.02), (0.6, 0.2))
+    world.add_object("far", Box((0.1, 0.1, 0.02)), (0.6, 0.2))
     world.set_tilt(0.05, -0.1, (0.1, 0.0, 0.0), (0.3, -0.5))
-    velocity, spin = engine.scene.velocity("far")
+    state = world.objects["far"].thing.state()
     places = []
     for time in (-0.01, 0.01):
         world.set_tilt(0.05 + 0.3 * time, -0.1 - 0.5 * time, (0.1, 0.0, 0.0))
-        places.append(np.array(engine.scene.pose("far").position))
-    np.testing.assert_allclose(velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
-    assert np.linalg.norm(spin) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)
+        places.append(np.array(world.objects["far"].thing.state().position))
+    np.testing.assert_allclose(state.velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
+    assert np.linalg.norm(state.angular_velocity) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)

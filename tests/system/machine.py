@@ -24,11 +24,12 @@ ENGINE_ALONE: Final = """
 import time
 from bridge.body import load_body
 from emulator.robot import EmulatedRobot
+from tests.engines import bare_step
 with EmulatedRobot(load_body("nao-v6"), seed=0) as robot:
     for _ in range(100):
         begin = time.process_time()
         for _ in range(10):
-            robot.engine.bare_step()
+            bare_step(robot.engine)
         print(time.process_time() - begin)
 """
 

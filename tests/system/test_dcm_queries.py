@@ -21,7 +21,7 @@ from bridge.messages import dcm as wire
 
 pytest.importorskip("pybullet")
 
-from emulator.process import RobotProcess
+from emulator.process import RobotSide, WorldProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
 from tests.frames import info_of_robot
@@ -41,7 +41,7 @@ def running_robot(mode: str) -> Iterator[str]:
     info = info_of_robot(body=BODY.name, mode=mode, cycle=BODY.cycle)
     robot = EmulatedRobot(BODY, seed=0, posture="Stand", held=True, lift=0.3, settle=0.1)
     with robot, RobotLink(info, endpoint) as link:
-        process = RobotProcess(robot, link, Guard(BODY), [], stop)
+        process = WorldProcess([RobotSide(robot, link, Guard(BODY), [])], stop)
         loop = (lambda: process.real_time(CycleTimer(BODY.cycle))) if mode == "real-time" else process.lockstep
         thread = threading.Thread(target=loop)
         thread.start()

@@ -33,7 +33,7 @@ from bridge.messages.world import (
     TiltFloor,
 )
 from bridge.recording.observer import Observer
-from emulator.process import RobotProcess
+from emulator.process import RobotSide, WorldProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
 from tests.frames import info_of_robot
@@ -66,7 +66,7 @@ def running(mode: str) -> Iterator[tuple[WorldClient, Ear, str]]:
     endpoint, ear, stop = free_endpoint(), Ear(), threading.Event()
     info = info_of_robot(body=BODY.name, mode=mode, cycle=BODY.cycle)
     with EmulatedRobot(BODY, seed=0, settle=0.1) as robot, RobotLink(info, endpoint) as link:
-        process = RobotProcess(robot, link, Guard(BODY), [ear], stop)
+        process = WorldProcess([RobotSide(robot, link, Guard(BODY), [ear])], stop)
         loop = process.lockstep if mode == "lockstep" else lambda: process.real_time(CycleTimer(BODY.cycle))
         thread = threading.Thread(target=loop)
         thread.start()

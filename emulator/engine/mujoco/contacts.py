@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 from numba import carray
 from numpy.typing import NDArray
 
-from bridge.body import TORSO
 from bridge.types import SIDES, Array
 from emulator.compiled import compilable, compiled
 from emulator.engine.contacts import RIM_COSINE, ground_contacts
@@ -17,31 +17,31 @@ from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.shapes import FOOT_LINKS
-from emulator.engine.values import GroundContacts
 from emulator.poses import matrix
 from emulator.vectors import put
 
-_LINK, _GROUND, _OTHER = 2, 3, 4
-"""Owner of a geom; 0 and 1 are the feet."""
+_LINK, _GROUND, _OTHER = -1, -2, -3
+"""Owner of a geom; feet are counted from 0, two for each robot."""
 _MAX_RIM_CONTACTS: Final = 64
-"""Contacts on the rims of the feet that one cycle keeps."""
+"""Contacts on the rims of a robot's feet that one cycle keeps."""
 
 
 class MujocoContacts:
-    """Collects the contacts of a robot step by step.
+    """Collects the contacts of robots step by step.
 
     Args:
-        simulation: With the robot.
-        robot: The robot.
-        scene: Its surroundings.
+        simulation: With the robots.
+        robots: The robots.
+        scene: Their surroundings.
     """
 
-    def __init__(self, simulation: Simulation, robot: MujocoRobot, scene: MujocoScene) -> None:
-        self._simulation, self._robot, self._scene = simulation, robot, scene
+    def __init__(self, simulation: Simulation, robots: Sequence[MujocoRobot], scene: MujocoScene) -> None:
+        self._simulation, self._robots, self._scene = simulation, robots, scene
+        feet = 2 * len(robots)
         # as for `ground_contacts`: sums of the contacts, and of one contact with the force of all
-        self._sums, self._whole = np.zeros((2, 7)), np.zeros((2, 7))
-        self._frames, self._normals = np.zeros((2, 12)), np.zeros((2, 3))
-        self._rim = np.zeros((_MAX_RIM_CONTACTS, 4))
+        self._sums, self._whole = np.zeros((feet, 7)), np.zeros((feet, 7))
+        self._frames, self._normals = np.zeros((feet, 12)), np.zeros((feet, 3))
+        self._rim = np.zeros((_MAX_RIM_CONTACTS * len(robots), 4))
         self._counts = np.zeros(2, dtype=np.int64)
         self._version = -1
 
@@ -50,13 +50,17 @@ class MujocoContacts:
             return
         model = self._simulation.model
         self._version = self._simulation.version
-        robot = {int(model.body(name).id): name for name in (TORSO, *self._robot.joints)}
-        feet = [int(model.body(FOOT_LINKS[side]).id) for side in SIDES]
-        self._feet = np.array(feet)
-        kind = dict.fromkeys(robot, _LINK) | {feet[0]: 0, feet[1]: 1, self._scene.ground: _GROUND}
-        self._links = [robot.get(body, "") for body in model.geom_bodyid.tolist()]
+        for robot in self._robots:
+            robot.find()
+        links = {number: link for robot in self._robots for link, number in robot.bodies.items()}
+        feet = [robot.bodies[FOOT_LINKS[side]] for robot in self._robots for side in SIDES]
+        self._feet = np.array(feet, dtype=np.int64)
+        kind = dict.fromkeys(links, _LINK) | {foot: i for i, foot in enumerate(feet)}
+        kind[self._scene.ground] = _GROUND
+        self._links = [links.get(body, "") for body in model.geom_bodyid.tolist()]
         self._kind = np.array([kind.get(body, _OTHER) for body in model.geom_bodyid.tolist()])
         self._touching = np.zeros(model.ngeom, dtype=np.bool_)
+        self._positions, self._turns = self._simulation.data.xpos, self._simulation.data.xquat
 
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """The last arguments of `add_contacts`, for the model as it is compiled now."""
@@ -65,9 +69,11 @@ class MujocoContacts:
 
     def begin(self) -> None:
         """Forget the last cycle; the soles' normals are those of now until `mean`."""
+        self._simulation.bring_up_to_date()
         self._find()
         _begin(
-            *self._robot.poses(),
+            self._positions,
+            self._turns,
             self._feet,
             self._frames,
             self._normals,
@@ -76,15 +82,22 @@ class MujocoContacts:
             self._touching,
         )
 
-    def mean(self, steps: int) -> GroundContacts:
-        """Means over the steps since `begin`."""
+    def give(self, steps: int) -> None:
+        """Give each robot the means over the steps since `begin`."""
+        self._simulation.bring_up_to_date()
         self._find()
-        _end(*self._robot.poses(), self._feet, self._frames, self._sums, self._normals, self._whole)
+        _end(self._positions, self._turns, self._feet, self._frames, self._sums, self._normals, self._whole)
         rims, touches = self._counts.tolist()
         rim = [(int(foot), (x, y, z)) for foot, x, y, z in self._rim[:rims].tolist()] if rims else []
-        touched = np.flatnonzero(self._touching) if touches else ()
-        touching = frozenset(self._links[geom] for geom in touched)
-        return ground_contacts(self._whole, rim, self._frames, max(steps, 1), self._scene.normal, touching)
+        touched = np.flatnonzero(self._touching).tolist() if touches else []
+        for i, robot in enumerate(self._robots):
+            feet = slice(2 * i, 2 * i + 2)
+            own = [(foot - 2 * i, place) for foot, place in rim if foot // 2 == i]
+            geoms = robot.geoms if touched else ()
+            touching = frozenset(self._links[geom] for geom in touched if geom in geoms)
+            robot.contacts = ground_contacts(
+                self._whole[feet], own, self._frames[feet], max(steps, 1), self._scene.normal, touching
+            )
 
 
 @compiled
@@ -163,8 +176,8 @@ def add_contacts(
         data: Address of MuJoCo's state.
         layout: `native.LAYOUT`.
         kind: Owner of each geom.
-        normals: Of both soles, (2, 3), world frame.
-        sums: Over the contacts of both feet; changed.
+        normals: Of the soles, (feet, 3), world frame.
+        sums: Over the contacts of each foot; changed.
         rim: Contacts on the rims of the feet; changed.
         counts: How many of these, and how often a link touched the ground; changed.
         touching: Geoms of the robot that touch the ground; changed.
@@ -189,7 +202,7 @@ def add_contacts(
             if own == _LINK and other == _GROUND:
                 touching[geom] = True
                 counts[1] += 1
-            if own != 0 and own != 1:
+            if own < 0:
                 continue
             normal_force, weight, slope = forces[0], 0.0, 0.0
             for axis in range(3):

@@ -19,8 +19,9 @@ from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.scene import FLOOR, MujocoScene
 from emulator.engine.mujoco.shapes import spring
 from emulator.engine.mujoco.simulation import HOOK, MujocoModel, Simulation, describe_robot
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS
-from emulator.engine.values import PhysicsSettings, Surface
+from emulator.engine.values import Surface, Surroundings
 
 _LEAST_GEAR_RANGE: Final = 1e-6
 """Width of a gear's range without backlash, rad: MuJoCo takes no empty one."""
@@ -76,10 +77,11 @@ def mjcf(
     """
     simulation = Simulation(PhysicsSettings())
     scene = MujocoScene(simulation)
-    scene.set_surface(surface)
+    gravity = (0.0, 0.0, -simulation.settings.gravity)
+    scene.surround(Surroundings(gravity, surface))
     rotors = np.array([drive.rotor_inertia for drive in drives])
     robot = describe_robot(simulation, body, rotors, held=False)
-    scene.set_robot(body)
+    scene.add_robot(robot)
     spec = simulation.spec
     spec.modelname, spec.comment = body.name, comment
     spec.delete(robot.hook)

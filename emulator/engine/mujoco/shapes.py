@@ -62,6 +62,8 @@ IMPEDANCE: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
 """Impedance of contacts, stops and the hips' gear: how little a constraint gives way to its load."""
 GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP, HIDDEN_GROUP = range(4)
 """Geom groups, for rays and pictures; hidden ones are neither hit nor seen."""
+ROBOT_BITS: Final = range(4, 31)
+"""Bits by which MuJoCo lets one robot touch the others."""
 _POINT, _SOLE, _LINK, _OBJECT = 1, 2, 4, 8
 """Bits by which MuJoCo chooses the pairs that can touch; limbs that can are pairs of their own."""
 MASKS: Final[dict[str, tuple[int, int]]] = {
@@ -72,13 +74,15 @@ MASKS: Final[dict[str, tuple[int, int]]] = {
     "ground for soles": (0, _SOLE | _OBJECT),
     "object for soles": (0, _SOLE),
     "object": (_OBJECT, _OBJECT),
+    "ball": (_OBJECT, _OBJECT),
     "for the shell": (0, _LINK),
 }
 """`contype` and `conaffinity` by kind of geom. Whatever a robot can touch is there twice, for soles and for the
 shell, because MuJoCo takes a pair's friction from one of the two and does not multiply; an object a third time,
 for the ground and other objects."""
-_PRIORITY: Final = {"object": 1, "shell": 0}
-"""Whose friction and stiffness count, the ground's, a sole's and all for soles or the shell being 2. Of a sole
+_PRIORITY: Final = {"ball": 3, "object": 1, "shell": 0}
+"""Whose friction and stiffness count, the ground's, a sole's and all for soles or the shell being 2; a ball's
+because only it has rolling friction. Of a sole
 and its partner, equal in rank, the friction is the greater one, which is not the sole's, and the stiffness
 the sole's, because only its `solmix` is not 0."""
 _SOLES: Final = ("sole point", "sole")
@@ -156,17 +160,18 @@ def point_name(link: str, number: int) -> str:
     return f"{link} bed {number}"
 
 
-def soften_soles(model: Any, body: Body, surface: Surface) -> None:
+def soften_soles(model: Any, body: Body, surface: Surface, prefix: str) -> None:
     """Give both soles the springs of a surface.
 
     Args:
         model: MuJoCo's, with a robot.
         body: Data sheet of the robot.
         surface: Under it.
+        prefix: Of the names of its parts.
     """
     whole = surface.stiffness_per_area * sole_area(body)
-    for side, link in FOOT_LINKS.items():
-        bed = sole_bed(body, side)
+    for side, name in FOOT_LINKS.items():
+        bed, link = sole_bed(body, side), prefix + name
         for number, share in enumerate(bed.shares.tolist()):
             _set_spring(model, point_name(link, number), share * whole, surface.relaxation)
         _set_spring(model, link, whole / _PRISM_POINTS, surface.relaxation)
@@ -202,7 +207,7 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
     return {
         "contype": contype,
         "conaffinity": conaffinity,
-        "condim": 3,
+        "condim": 6 if kind == "ball" else 3,
         "priority": _PRIORITY.get(kind, 2),
         "solmix": 1.0 if kind in _SOLES else 0.0,
         "solref": (TIME_CONSTANT_STEPS * step, 1.0),
@@ -211,8 +216,8 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
     }
 
 
-def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float) -> None:
-    """Give a link of the robot its shape.
+def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float, prefix: str) -> Any:
+    """Give a link of the robot its shape, and return its description.
 
     Args:
         spec: Of the model.
@@ -220,18 +225,18 @@ def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float) -
         name: Of the link.
         shape: In the link's frame.
         step: Physics step, s.
+        prefix: Of the names of the robot's parts.
     """
     options = {"group": ROBOT_GROUP, "rgba": shape.colour, "mass": 0.0}
+    sole, name = name in FOOT_LINKS.values(), prefix + name
     if not isinstance(shape, PrismShape):
-        link.add_geom(name=name, **_primitive(shape), **options, **contact_options("shell", step))
-        return
-    sole = name in FOOT_LINKS.values()
+        return link.add_geom(name=name, **_primitive(shape), **options, **contact_options("shell", step))
     spec.add_mesh(name=name, uservert=shape.vertices.ravel().tolist())
     kind = contact_options("sole" if sole else "shell", step)
-    link.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **options, **kind)
+    return link.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **options, **kind)
 
 
-def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
+def add_sole_points(body: Body, side: Side, link: Any, step: float, prefix: str) -> None:
     """Give a foot its contact points with the floor: those of its bed, and its upper side's.
 
     Args:
@@ -239,12 +244,13 @@ def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
         side: Of the foot.
         link: Its body in the model.
         step: Physics step, s.
+        prefix: Of the names of the robot's parts.
     """
     bed, top = sole_bed(body, side).points, sole_points(body, side)
     top[:, 2] += SOLE_FRACTION * body.lengths.FootHeight
     for number, (x, y, z) in enumerate((*bed.tolist(), *fewer(top, TOP_POINTS).tolist())):
         geom = link.add_geom(
-            name=point_name(FOOT_LINKS[side], number),
+            name=point_name(prefix + FOOT_LINKS[side], number),
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
             size=(POINT_RADIUS, 0.0, 0.0),
             pos=(x, y, z + POINT_RADIUS),
@@ -257,21 +263,22 @@ def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
             geom.condim = 4
 
 
-def add_limb_pairs(spec: Any, body: Body, step: float) -> None:
+def add_limb_pairs(spec: Any, body: Body, step: float, prefix: str) -> None:
     """Pairs of links that can touch each other; MuJoCo tries no others of the robot.
 
     Args:
         spec: With the links' shapes.
         body: Data sheet.
         step: Physics step, s.
+        prefix: Of the names of the robot's parts.
     """
     soles, shell_friction = FOOT_LINKS.values(), body.shapes.shell_friction
     shell = {name: 1.0 if name in soles else shell_friction for name in link_shapes(body)}
     for first, second in sorted(collision_pairs(body)):
         friction = shell[first] * shell[second]
         spec.add_pair(
-            geomname1=first,
-            geomname2=second,
+            geomname1=prefix + first,
+            geomname2=prefix + second,
             condim=3,
             friction=(friction, friction, 0.0, 0.0, 0.0),
             solref=(TIME_CONSTANT_STEPS * step, 1.0),

@@ -7,7 +7,7 @@ Link frames are the zero-pose aligned joint frames of the data sheet.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -18,20 +18,26 @@ from emulator.compiled import compiled
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.native import mj_com_pos, mj_kinematics
 from emulator.engine.mujoco.shapes import (
+    HIDDEN_GROUP,
     IMPEDANCE,
+    ROBOT_BITS,
     TIME_CONSTANT_STEPS,
     add_limb_pairs,
     add_link_shape,
     add_sole_points,
+    contact_options,
 )
+from emulator.engine.settings import PhysicsSettings
 from emulator.engine.shapes import FOOT_LINKS, collision_pairs, link_shapes
-from emulator.engine.values import PhysicsSettings
 
 _NO_MIDPHASE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
 _MAX_FLAT_GEOMS: Final = 32
 """Geoms of a body up to which testing each is faster than a tree of them."""
 GEAR: Final = "hips"
 """Name of the equality that couples the two HipYawPitch joints."""
+_FIRST_ROBOT: Final = 1 << ROBOT_BITS.start
+MAX_ROBOTS: Final = len(ROBOT_BITS)
+"""Each has a bit of its own in MuJoCo's masks."""
 HOOK: Final = "hook"
 """Name of the body and of the equality that can hold the torso."""
 
@@ -151,11 +157,6 @@ class Simulation:
         """Note a change of state from outside: poses of bodies must be computed again."""
         self._moved = True
 
-    def step(self) -> None:
-        """One time step."""
-        mujoco.mj_step(self.model, self.data)
-        self._moved = True
-
     def set_gravity(self, gravity: Vec3) -> None:
         """World frame, m/s^2."""
         self.spec.option.gravity = gravity
@@ -167,38 +168,51 @@ class Simulation:
 class MujocoModel:
     """A robot's part of the description."""
 
+    body: Body
+    """Data sheet."""
+    prefix: str
+    """Of every name."""
     joints: tuple[str, ...]
-    """Mechanical joints in the data sheet's order."""
+    """Mechanical joints in the data sheet's order, without prefix."""
     held: bool
     torso: Any
     """Description of the torso's body."""
     hinges: dict[str, Any]
     """Descriptions of the joints by name."""
+    links: dict[str, Any]
+    """Descriptions of the links' bodies by name."""
+    shapes: dict[str, Any]
+    """Descriptions of the shapes of links that have one, by name."""
+    twins: dict[str, Any]
+    """Further shapes of the soles, for other robots."""
     pairs: tuple[tuple[str, str], ...]
     """Links that can touch each other."""
     hook: Any
     """Description of the weld that can hold a free torso; None: the torso is held for good."""
 
 
-def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, held: bool) -> MujocoModel:
+def describe_robot(
+    simulation: Simulation, body: Body, rotor_inertia: Array, *, held: bool, prefix: str = ""
+) -> MujocoModel:
     """Add a robot in its zero pose, torso upright at the world's origin.
 
     Args:
-        simulation: Without a robot.
+        simulation: To which it is added.
         body: Data sheet.
         rotor_inertia: Reflected to each joint, (n,), in the tree's order, kg m^2; MuJoCo's armature.
         held: The torso is where it is put.
+        prefix: Of the names of all its parts; another one for each robot.
     """
     spec, step = simulation.spec, simulation.settings.step
-    torso = spec.worldbody.add_body(name=TORSO, mocap=held)
+    torso = spec.worldbody.add_body(name=prefix + TORSO, mocap=held)
     if not held:
-        torso.add_freejoint(name=TORSO)
+        torso.add_freejoint(name=prefix + TORSO)
     bodies, hinges = {TORSO: torso}, {}
     for (name, joint), rotor in zip(joint_tree(body).items(), rotor_inertia.tolist(), strict=True):
-        link = bodies[joint.parent].add_body(name=name, pos=joint.offset)
+        link = bodies[joint.parent].add_body(name=prefix + name, pos=joint.offset)
         sheet = body.joints[name]
         hinges[name] = link.add_joint(
-            name=name,
+            name=prefix + name,
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=joint.axis,
             armature=rotor,
@@ -213,27 +227,59 @@ def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, 
         bodies[name] = link
     for name, link in bodies.items():
         _set_inertia(link, body.links[name])
-    for name, shape in link_shapes(body).items():
-        add_link_shape(spec, bodies[name], name, shape, step)
+    shapes = {
+        name: add_link_shape(spec, bodies[name], name, shape, step, prefix)
+        for name, shape in link_shapes(body).items()
+    }
     for side, name in FOOT_LINKS.items():
-        add_sole_points(body, side, bodies[name], step)
-    add_limb_pairs(spec, body, step)
+        add_sole_points(body, side, bodies[name], step, prefix)
+    add_limb_pairs(spec, body, step, prefix)
     # one motor turns both HipYawPitch joints by the same angle
     gear = spec.add_equality(
-        name=GEAR, type=mujoco.mjtEq.mjEQ_JOINT, name1="LHipYawPitch", name2="RHipYawPitch"
+        name=prefix + GEAR,
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        name1=f"{prefix}LHipYawPitch",
+        name2=f"{prefix}RHipYawPitch",
     )
     gear.objtype = mujoco.mjtObj.mjOBJ_JOINT
     gear.data[:5] = (0.0, 1.0, 0.0, 0.0, 0.0)
     gear.solref, gear.solimp = (TIME_CONSTANT_STEPS * step, 1.0), IMPEDANCE
-    hook = None if held else _add_hook(spec, step)
+    hook = None if held else _add_hook(spec, step, prefix)
     simulation.changed()
-    return MujocoModel(tuple(hinges), held, torso, hinges, tuple(sorted(collision_pairs(body))), hook)
+    pairs = tuple(sorted(collision_pairs(body)))
+    return MujocoModel(body, prefix, tuple(hinges), held, torso, hinges, bodies, shapes, {}, pairs, hook)
 
 
-def _add_hook(spec: Any, step: float) -> Any:
+def let_robots_touch(robots: Sequence[MujocoModel], step: float) -> None:
+    """Enable contact between all robots; their soles have another shape for it, hard and with friction.
+
+    The friction is that of `Body.shapes.shell_friction`: between shell and sole, between two soles too, and
+    its square between two shells.
+
+    Args:
+        robots: All of the world.
+        step: Physics step, s.
+    """
+    everyone = sum(_FIRST_ROBOT << number for number in range(len(robots)))
+    for number, robot in enumerate(robots):
+        own, shell = _FIRST_ROBOT << number, robot.body.shapes.shell_friction
+        for name in robot.shapes.keys() & FOOT_LINKS.values() - robot.twins.keys():
+            mesh, options = robot.prefix + name, contact_options("shell", step) | {"contype": 0}
+            robot.twins[name] = robot.links[name].add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, group=HIDDEN_GROUP, mass=0.0, **options
+            )
+        for name, shape in (robot.shapes | robot.twins).items():
+            shape.contype, shape.conaffinity = shape.contype | own, everyone & ~own
+            shape.friction = (shell if name in robot.twins else shell * shell, 0.0, 0.0)
+
+
+def _add_hook(spec: Any, step: float, prefix: str) -> Any:
     """A weld that can hold a free torso to a place of the world; open at first."""
-    spec.worldbody.add_body(name=HOOK, mocap=True)
-    weld = spec.add_equality(name=HOOK, type=mujoco.mjtEq.mjEQ_WELD, name1=HOOK, name2=TORSO, active=False)
+    hook = prefix + HOOK
+    spec.worldbody.add_body(name=hook, mocap=True)
+    weld = spec.add_equality(
+        name=hook, type=mujoco.mjtEq.mjEQ_WELD, name1=hook, name2=prefix + TORSO, active=False
+    )
     weld.objtype = mujoco.mjtObj.mjOBJ_BODY
     # anchor; the torso in the hook's frame, position and quaternion; weight of the rotation
     weld.data[:11] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import TORSO, Body
-from bridge.types import SIDES, Array, Vec3
-from emulator.engine.base import Engine
-from emulator.engine.contacts import RIM_COSINE, Stops, ground_contacts
+from bridge.types import SIDES, Vec3
+from emulator.drives import Drives
+from emulator.engine.base import Engine, Multibody, Thing
+from emulator.engine.contacts import RIM_COSINE, ground_contacts
 from emulator.engine.pybullet.client import bullet, connect, disconnect
 from emulator.engine.pybullet.model import BASE, BulletModel, build_model
 from emulator.engine.pybullet.robot import BulletRobot
-from emulator.engine.pybullet.scene import BulletScene
-from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
-from emulator.poses import matrix
+from emulator.engine.pybullet.scene import BulletScene, BulletThing
+from emulator.engine.settings import PhysicsSettings
+from emulator.engine.values import GroundContacts, PinholeCamera, RayHit, Surroundings, ThingShape
+from emulator.poses import Pose, matrix
 
 
 class BulletContacts:
@@ -146,7 +148,7 @@ _NEAR_FAR: Final = (0.05, 5.0)
 
 
 class BulletEngine(Engine):
-    """A physics client with a floor and a robot.
+    """A physics client with a floor and robots.
 
     Args:
         settings: Of the physics.
@@ -155,17 +157,13 @@ class BulletEngine(Engine):
         LinkError: PyBullet has no client left.
     """
 
-    robot: BulletRobot
-    scene: BulletScene
+    robots: list[BulletRobot]  # type: ignore[assignment]
 
     def __init__(self, settings: PhysicsSettings) -> None:
-        self.settings = settings
+        super().__init__(settings)
         self.client = connect()
         """PyBullet's number; for tests that ask PyBullet itself."""
         self._disconnect = weakref.finalize(self, disconnect, self.client)
-        self._begin()
-
-    def _begin(self) -> None:
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=self.settings.step,
             numSubSteps=0,
@@ -174,57 +172,84 @@ class BulletEngine(Engine):
             deterministicOverlappingPairs=1,
             physicsClientId=self.client,
         )
-        self.set_gravity((0.0, 0.0, -self.settings.gravity))
-        self.scene = BulletScene(self.client)
-        self._robot_number: int | None = None
+        self._scene = BulletScene(self.client, settings.gravity)
+        self._contacts: list[BulletContacts] = []
+        self.surround(self.surroundings)
 
-    def add_robot(self, body: Body, rotor_inertia: Array, *, held: bool = False) -> None:
+    def surround(self, surroundings: Surroundings) -> None:
         """See `Engine`."""
-        model = build_model(self.client, body, rotor_inertia=rotor_inertia.tolist(), fixed=held)
-        self._robot_number = model.robot
-        self.scene.add_soles(model)
-        self.robot = BulletRobot(model, self.scene, self.settings.gravity)
-        self._stops = Stops(body, model.joints, rotor_inertia, self.settings.step)
-        self._contacts = BulletContacts(model)
+        self.surroundings = surroundings
+        bullet.setGravity(*surroundings.gravity, physicsClientId=self.client)
+        self._scene.surround(surroundings)
 
-    def begin_cycle(self) -> None:
+    def add(self, shape: ThingShape, pose: Pose) -> Thing:
         """See `Engine`."""
-        self._contacts.begin()
+        return self._scene.add(shape, pose)
 
-    def step(self, torque: Array) -> None:
+    def add_robot(self, body: Body, drives: Drives, *, held: bool = False) -> Multibody:
         """See `Engine`."""
-        robot = self.robot
-        self._stops.brake(robot.position, robot.velocity, torque)
-        # torques before pushes: PyBullet clears a body's forces when it is given torques
-        robot.apply(torque)
-        self.scene.apply()
-        self.bare_step()
-        self._contacts.take_step()
-        robot.read()
+        model = build_model(self.client, body, rotor_inertia=drives.rotor_inertia.tolist(), fixed=held)
+        self._scene.add_soles(model)
+        robot = BulletRobot(model, body, drives, self.settings.step)
+        self.robots.append(robot)
+        self._contacts.append(BulletContacts(model))
+        return robot
 
-    def bare_step(self) -> None:
+    def remove(self, thing: Thing) -> None:
         """See `Engine`."""
-        bullet.stepSimulation(self.client)
+        assert isinstance(thing, BulletThing)
+        self._scene.remove(thing)
 
-    def contacts(self) -> GroundContacts:
+    def run(self, steps: int, before_step: Callable[[], None] | None = None) -> None:
         """See `Engine`."""
-        return self._contacts.mean(self.scene.ground, self.scene.normal)
-
-    def set_gravity(self, gravity: Vec3) -> None:
-        """See `Engine`."""
-        bullet.setGravity(*gravity, physicsClientId=self.client)
+        robots, collected = self.robots, self._contacts
+        for contacts in collected:
+            contacts.begin()
+        for step in range(steps):
+            if before_step is not None:
+                before_step()
+            # torques before pushes: PyBullet clears a body's forces when it is given torques
+            for robot in robots:
+                robot.apply(step)
+            self._scene.apply()
+            bullet.stepSimulation(self.client)
+            for robot, contacts in zip(robots, collected, strict=True):
+                contacts.take_step()
+                robot.read()
+        for robot, contacts in zip(robots, collected, strict=True):
+            robot.contacts = contacts.mean(self._scene.ground, self._scene.normal)
 
     def rays(self, starts: ArrayLike, ends: ArrayLike, *, ground_only: bool = False) -> list[RayHit]:
         """See `Engine`."""
         mask = _WITHOUT_MASS if ground_only else _EVERYTHING
         ways = np.asarray(starts).tolist(), np.asarray(ends).tolist()
         hits = bullet.rayTestBatch(*ways, collisionFilterMask=mask, physicsClientId=self.client)
-        return [self._hit(*hit) for hit in hits]
+        robots = {robot.model.robot: robot for robot in self.robots}
+        return [self._hit(robots, *hit) for hit in hits]
 
-    def _hit(self, body: int, _: int, fraction: float, point: Vec3, normal: Vec3) -> RayHit:
+    def _hit(
+        self, robots: dict[int, BulletRobot], body: int, _: int, fraction: float, point: Vec3, normal: Vec3
+    ) -> RayHit:
         if body < 0:
-            return RayHit("nothing", fraction, point, normal)
-        return RayHit("robot" if body == self._robot_number else "scene", fraction, point, normal)
+            return RayHit("nothing", None, fraction, point, normal)
+        robot = robots.get(body)
+        return RayHit("scene" if robot is None else "robot", robot, fraction, point, normal)
+
+    def overlap(self, robot: Multibody, other: Thing) -> float:
+        """See `Engine`."""
+        assert isinstance(robot, BulletRobot) and isinstance(other, BulletRobot | BulletThing)
+        one = robot.model.robot
+        pairs: tuple[tuple[int, ...], ...] = ((),)
+        if other is robot:
+            two, pairs = one, robot.model.pairs
+        else:
+            two = other.model.robot if isinstance(other, BulletRobot) else other.number
+        depths = [
+            -point[8]
+            for pair in pairs
+            for point in bullet.getClosestPoints(one, two, 0.0, *pair, physicsClientId=self.client)
+        ]
+        return max(0.0, *depths) if depths else 0.0
 
     def picture(self, camera: PinholeCamera) -> NDArray[np.uint8]:
         """See `Engine`."""
@@ -236,12 +261,7 @@ class BulletEngine(Engine):
         )[2]
         return np.reshape(np.asarray(image, dtype=np.uint8), (height, width, 4))[:, :, :3]
 
-    def reset(self) -> None:
-        """See `Engine`."""
-        bullet.resetSimulation(physicsClientId=self.client)
-        self._begin()
-
     def close(self) -> None:
-        """See `Engine`."""
+        """Free the client; harmless when called twice."""
         self._disconnect()
         self.client = -1

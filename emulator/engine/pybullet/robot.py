@@ -6,13 +6,14 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from bridge.body import TORSO
-from bridge.types import Array, Vec3
-from emulator.engine.base import Multibody
+from bridge.body import TORSO, Body
+from bridge.types import Vec3
+from emulator.drives import Drives, run_drives, take_over
+from emulator.engine.base import AT_REST, Multibody
+from emulator.engine.contacts import Stops
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BASE, BulletModel
-from emulator.engine.pybullet.scene import BulletScene
-from emulator.engine.values import TorsoState
+from emulator.engine.values import BodyState
 from emulator.poses import ORIGIN, Pose
 from emulator.vectors import Rotation, add, cross, rotate, scaled
 
@@ -25,15 +26,16 @@ class BulletRobot(Multibody):
 
     Args:
         model: The robot.
-        scene: Its surroundings.
-        gravity: m/s^2.
+        body: Data sheet.
+        drives: Of its joints.
+        step: Physics step, s.
     """
 
-    def __init__(self, model: BulletModel, scene: BulletScene, gravity: float) -> None:
+    def __init__(self, model: BulletModel, body: Body, drives: Drives, step: float) -> None:
+        super().__init__(body, model.joints, drives)
         self.model = model
         """PyBullet's numbers; for tests that ask PyBullet itself."""
-        self.joints = model.joints
-        self._scene, self._gravity = scene, gravity
+        self._stops = Stops(body, model.joints, drives.rotor_inertia, step)
         self._numbers = list(model.numbers)
         self._link = {TORSO: BASE} | dict(zip(model.joints, model.numbers, strict=True))
         self._locked: frozenset[str] = frozenset()
@@ -56,9 +58,20 @@ class BulletRobot(Multibody):
         states = bullet.getJointStates(self.model.robot, self._numbers, physicsClientId=self.model.client)
         self.position = np.array([state[0] for state in states])
         self.velocity = np.array([state[1] for state in states])
+        if self._locked:
+            torques = [
+                s[_TORQUE] if name in self._locked else 0.0 for name, s in zip(self.joints, states, strict=True)
+            ]
+            self.lock_torque = np.array(torques)
 
-    def apply(self, torque: Array) -> None:
-        """Hand torques (n,), N m, and pushes over to PyBullet, which forgets them after its next step."""
+    def apply(self, step: int) -> None:
+        """Hand the torques of a step of a run over to PyBullet, and pushes, which it forgets after the step."""
+        drives, torque = self.drives.records, np.zeros(len(self.joints))
+        if step == self.drives.change:
+            take_over(drives)
+        run_drives(drives, self.position, self.velocity, torque)
+        torque += self.torque
+        self._stops.brake(self.position, self.velocity, torque)
         client, robot = self.model.client, self.model.robot
         bullet.setJointMotorControlArray(
             robot, self._numbers, bullet.TORQUE_CONTROL, forces=torque.tolist(), physicsClientId=client
@@ -69,24 +82,30 @@ class BulletRobot(Multibody):
             )
         self._pushes.clear()
 
-    def set_joints(self, position: Sequence[float]) -> None:
-        """See `Multibody`."""
-        for i, angle in zip(self._numbers, position, strict=True):
-            bullet.resetJointState(self.model.robot, i, angle, 0.0, physicsClientId=self.model.client)
-        self.read()
-
-    def set_torso(self, pose: Pose) -> None:
-        """See `Multibody`. PyBullet places the base by its inertial frame."""
-        model = self.model
-        inertial = bullet.multiplyTransforms(*pose, model.torso_com, model.torso_principal)
-        bullet.resetBasePositionAndOrientation(model.robot, *inertial, physicsClientId=model.client)
-
-    def hold_torso(self, held: bool) -> None:
-        """See `Multibody`. PyBullet holds the base by its inertial frame."""
+    def place(
+        self,
+        pose: Pose,
+        velocity: Vec3 = AT_REST,
+        spin: Vec3 = AT_REST,
+        *,
+        joints: Sequence[float] | None = None,
+        held: bool = False,
+    ) -> None:
+        """See `Multibody`. PyBullet places and holds the base by its inertial frame."""
         model = self.model
         if self._hook is not None:
             bullet.removeConstraint(self._hook, physicsClientId=model.client)
             self._hook = None
+        if joints is not None:
+            for i, angle in zip(self._numbers, joints, strict=True):
+                bullet.resetJointState(model.robot, i, angle, 0.0, physicsClientId=model.client)
+            self.read()
+        inertial = bullet.multiplyTransforms(*pose, model.torso_com, model.torso_principal)
+        bullet.resetBasePositionAndOrientation(model.robot, *inertial, physicsClientId=model.client)
+        if velocity != AT_REST or spin != AT_REST:
+            arm = add(inertial[0], scaled(pose.position, -1.0))
+            of_com = add(velocity, cross(spin, arm))
+            bullet.resetBaseVelocity(model.robot, of_com, spin, physicsClientId=model.client)
         if held:
             com, turn = bullet.getBasePositionAndOrientation(model.robot, physicsClientId=model.client)
             self._hook = bullet.createConstraint(
@@ -103,8 +122,11 @@ class BulletRobot(Multibody):
                 physicsClientId=model.client,
             )
 
-    def torso(self) -> TorsoState:
+    def state(self, link: str = TORSO) -> BodyState:
         """See `Multibody`."""
+        return self._torso() if link == TORSO else self._state(self._link[link])
+
+    def _torso(self) -> BodyState:
         model = self.model
         com, turn = bullet.getBasePositionAndOrientation(model.robot, physicsClientId=model.client)
         velocity, omega = bullet.getBaseVelocity(model.robot, physicsClientId=model.client)
@@ -112,7 +134,7 @@ class BulletRobot(Multibody):
         orientation = bullet.multiplyTransforms(here, turn, here, self._to_torso)[1]
         rotation: Rotation = bullet.getMatrixFromQuaternion(orientation)
         to_origin = scaled(rotate(rotation, model.torso_com), -1.0)
-        return TorsoState(
+        return BodyState(
             position=add(com, to_origin),
             orientation=orientation,
             rotation=rotation,
@@ -120,16 +142,18 @@ class BulletRobot(Multibody):
             angular_velocity=omega,
         )
 
-    def link_pose(self, link: str) -> Pose:
-        """See `Multibody`."""
-        if link == TORSO:
-            torso = self.torso()
-            return Pose(torso.position, torso.orientation)
-        return self.model.link_frame(self._link[link])
-
-    def link_com(self, link: str) -> Vec3:
-        """See `Multibody`."""
-        return self._com(self._link[link])
+    def _state(self, link: int) -> BodyState:
+        """State of a link but the torso, by PyBullet's number."""
+        com, _, _, _, position, orientation, velocity, spin = bullet.getLinkState(
+            self.model.robot,
+            link,
+            computeLinkVelocity=True,
+            computeForwardKinematics=True,
+            physicsClientId=self.model.client,
+        )
+        from_com = add(position, scaled(com, -1.0))
+        rotation: Rotation = bullet.getMatrixFromQuaternion(orientation)
+        return BodyState(position, orientation, rotation, add(velocity, cross(spin, from_com)), spin)
 
     def _com(self, link: int) -> Vec3:
         client, robot = self.model.client, self.model.robot
@@ -151,33 +175,7 @@ class BulletRobot(Multibody):
         x, y, z = (np.array(model.masses) @ places / sum(model.masses)).tolist()
         return x, y, z
 
-    def energy(self) -> float:
-        """See `Multibody`."""
-        client, robot = self.model.client, self.model.robot
-        inertias = np.array(
-            [bullet.getDynamicsInfo(robot, i, physicsClientId=client)[2] for i in (BASE, *self._numbers)]
-        )
-        place, turn = bullet.getBasePositionAndOrientation(robot, physicsClientId=client)
-        velocity, spin = bullet.getBaseVelocity(robot, physicsClientId=client)
-        links = bullet.getLinkStates(
-            robot,
-            self._numbers,
-            computeLinkVelocity=True,
-            computeForwardKinematics=True,
-            physicsClientId=client,
-        )
-        height = np.array([place[2], *(link[0][2] for link in links)])
-        velocities = np.array([velocity, *(link[6] for link in links)])
-        spins = np.array([spin, *(link[7] for link in links)])
-        turns = [turn, *(link[1] for link in links)]
-        # kinetic energy of each link about its own principal axes, R^T omega
-        axes = np.array([bullet.getMatrixFromQuaternion(q) for q in turns]).reshape(-1, 3, 3)
-        local = np.einsum("nij,ni->nj", axes, spins)
-        masses = np.array(self.model.masses)
-        kinetic = 0.5 * masses @ (velocities**2).sum(axis=1) + 0.5 * (inertias * local**2).sum()
-        return float(kinetic + self._gravity * masses @ height)
-
-    def push(self, link: str, force: Vec3) -> None:
+    def push(self, force: Vec3, link: str = TORSO) -> None:
         """See `Multibody`."""
         self._pushes.append((self._link[link], force))
 
@@ -193,28 +191,4 @@ class BulletRobot(Multibody):
                 force=torque if joint in locked else 0.0,
                 physicsClientId=self.model.client,
             )
-        self._locked = locked
-
-    def lock_torque(self) -> Array:
-        """See `Multibody`."""
-        states = bullet.getJointStates(self.model.robot, self._numbers, physicsClientId=self.model.client)
-        return np.array(
-            [s[_TORQUE] if name in self._locked else 0.0 for name, s in zip(self.joints, states, strict=True)]
-        )
-
-    def distance(self, name: str) -> float:
-        """See `Multibody`."""
-        points = bullet.getClosestPoints(
-            self.model.robot, self._scene.bodies[name], 0.0, physicsClientId=self.model.client
-        )
-        return min((point[8] for point in points), default=np.inf)
-
-    def overlap(self) -> float:
-        """See `Multibody`."""
-        robot, client = self.model.robot, self.model.client
-        depths = [
-            -point[8]
-            for first, second in self.model.pairs
-            for point in bullet.getClosestPoints(robot, robot, 0.0, first, second, physicsClientId=client)
-        ]
-        return max(0.0, *depths) if depths else 0.0
+        self._locked, self.lock_torque = locked, np.zeros(len(self.joints))

@@ -22,6 +22,7 @@ from nao_hil.runs.build import build_robot
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from tests.emulator.abuse import run
+from tests.engines import energy
 
 STOOD = Fall(
     seed=0, impulse=1.0, walked=5.0, false_alarms=0, fell=False, lead=0.0, tilt=0.0, speed={}, walks_on=True
@@ -63,9 +64,9 @@ def test_no_limb_of_a_dropped_robot_lies_inside_another() -> None:
     config = RunConfig(robot="nao-v6", engine="mujoco", seed=82270)
     with build_robot(config) as robot:
         robot.lay_down(random_drop(robot.body, DROP, np.random.default_rng([config.seed, 1])))
-        assert robot.engine.robot.overlap() > 0.03
+        assert robot.engine.overlap(robot.multibody, robot.multibody) > 0.03
     with dropped(config) as robot:
-        assert robot.engine.robot.overlap() < 1e-3
+        assert robot.engine.overlap(robot.multibody, robot.multibody) < 1e-3
 
 
 @pytest.mark.parametrize("seed", [88666, 88686], ids=["an arm under the torso", "limp on its feet, leaning"])
@@ -85,19 +86,19 @@ def test_the_energy_of_a_robot_at_rest_is_its_weight_times_the_height_of_its_cen
     with EmulatedRobot(BODY, seed=0) as robot:
         for _ in range(100):
             robot.advance(None)
-        assert robot.engine.robot.energy() == pytest.approx(MASS * G * robot.truth().com[2], rel=1e-4)
+        assert energy(robot.engine, robot.multibody) == pytest.approx(MASS * G * robot.truth().com[2], rel=1e-4)
 
 
 def test_a_limp_robot_in_free_fall_keeps_its_energy() -> None:
     with EmulatedRobot(BODY, seed=0, settle=0.0, lift=2.0) as robot:
         robot.faults.start(PowerLoss(), 0.0, 0.0)
         robot.advance(None)
-        start, height = robot.engine.robot.energy(), robot.truth().com[2]
+        start, height = energy(robot.engine, robot.multibody), robot.truth().com[2]
         for _ in range(40):
             robot.advance(None)
         assert height - robot.truth().com[2] > 0.7
         # steps of 1 ms leave m g^2 t dt / 2 = 0.1 J of the 30 J that turn from height into speed
-        assert robot.engine.robot.energy() == pytest.approx(start, abs=0.01 * MASS * G * 0.7)
+        assert energy(robot.engine, robot.multibody) == pytest.approx(start, abs=0.01 * MASS * G * 0.7)
 
 
 @pytest.mark.parametrize(("seed", "wear"), [(11, "nominal"), (12, "ideal")])

@@ -16,6 +16,7 @@ from bridge.body.postures import POSTURES
 from bridge.body.quantities import absent_joints, total_mass
 from bridge.guard import Guard
 from bridge.recording.recorder import Recorder
+from emulator.poses import ORIGIN
 from emulator.start import START_POSES
 from emulator.wear import load_wear
 from nao_hil.arguments import actuator_frame
@@ -40,13 +41,13 @@ def test_loads_are_the_slope_of_the_potential_energy() -> None:
     settings = run_config(None, start="hang", seed=0, wear="ideal")
     angles = 0.3 * np.cos(np.arange(25.0))
     with build_robot(settings) as robot:
-        body, engine = robot.body, robot.engine.robot
+        body, engine = robot.body, robot.multibody
         names = engine.joints
         slots = [INDEX["LHipYawPitch" if name == "RHipYawPitch" else name] for name in names]
         loads = joint_loads(body, angles[None], np.zeros((1, 2)))
 
         def height(positions: np.ndarray) -> float:
-            engine.set_joints(positions.tolist())
+            engine.place(ORIGIN, joints=positions.tolist())
             return float(engine.com()[2])
 
         for number, name in enumerate(names):

@@ -1,0 +1,121 @@
+"""Several robots in one process on one link: each by its name, in lockstep and in real time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import nao_hil
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.guard import Guard
+from bridge.link import RobotLink
+from bridge.link.client import WorldClient
+from bridge.messages import SensorFrame
+from bridge.messages.world import Reset
+from emulator.engine.settings import SETTINGS
+from emulator.process import RobotSide, WorldProcess
+from emulator.robot import EmulatedRobot
+from emulator.scenarios import FLAT
+from emulator.start import build_world
+from emulator.timing import CycleTimer
+from tests.frames import info_of_robot
+from tests.loops import TIMEOUT, until
+from tests.ports import free_endpoint
+
+Start = Callable[..., Any]
+BODY = load_body("nao-v6")
+HEAD = INDEX["HeadYaw"]
+ANGLES = {"nao1": 0.5, "nao2": -0.4}
+CYCLES = 60
+
+
+def turn_heads(endpoint: str, waits: bool) -> dict[str, list[SensorFrame]]:
+    """Let a controller of each robot turn its head; the frames that each saw."""
+    seen: dict[str, list[SensorFrame]] = {}
+    with ExitStack() as opened:
+        robots = {
+            name: opened.enter_context(nao_hil.connect(endpoint, robot=name, timeout=TIMEOUT))
+            for name in ANGLES
+        }
+
+        def control(name: str) -> None:
+            robot = robots[name]
+            position = list(robot.first_target)
+            position[HEAD] = ANGLES[name]
+            seen[name] = [robot.frame]
+            while robot.frame.seq < CYCLES or (not waits and robot.frame.time < seen[name][0].time + 3.0):
+                seen[name].append(robot.step(position))
+
+        threads = [threading.Thread(target=control, args=(name,)) for name in ANGLES]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(TIMEOUT)
+    assert all(abs(seen[name][-1].position[HEAD] - angle) < 0.1 for name, angle in ANGLES.items())
+    return seen
+
+
+def test_a_world_in_lockstep_waits_for_all_that_are_held_and_repeats(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    """The third robot, which nobody holds, runs along."""
+    runs = []
+    for number in range(2):
+        command = start(
+            *("emulate", "--robot", "nao-v6", "--engine", "mujoco", "--robots", "3", "--mode", "lockstep"),
+            *("--seed", "5", "--listen", endpoint, "--out", str(tmp_path / str(number)), "--json"),
+        )
+        seen = turn_heads(endpoint, waits=True)
+        command.interrupt()
+        for frames in seen.values():
+            assert [frame.seq for frame in frames] == list(range(CYCLES + 1))
+            assert frames[-1].missed == 0
+        robots = command.result["robots"]
+        assert list(robots) == ["nao1", "nao2", "nao3"]
+        assert len({robots[name]["cycles"] for name in robots}) == 1
+        assert [robots[name]["config"]["seed"] for name in robots] == [5, 6, 7]
+        runs.append([[(frame.position, frame.fsr) for frame in frames] for frames in seen.values()])
+        assert (tmp_path / str(number) / "nao3" / "frames.mcap").exists()
+    assert runs[0] == runs[1]
+
+
+def test_robots_in_real_time_take_the_commands_of_their_name_and_begin_again_together() -> None:
+    endpoint, stop = free_endpoint(), threading.Event()
+    world = build_world("mujoco", SETTINGS, FLAT, 0)
+    robots = [
+        EmulatedRobot(BODY, seed=0, settle=0.1, name=name, at=(0.0, 0.8 * i, 0.0), world=world)
+        for i, name in enumerate(ANGLES)
+    ]
+    world.start()
+    with ExitStack() as opened:
+        links: list[RobotLink] = []
+        for name in ANGLES:
+            info = info_of_robot(robot=name, body=BODY.name, mode="real-time", cycle=BODY.cycle)
+            beside = links[0] if links else None
+            links.append(opened.enter_context(RobotLink(info, endpoint, announced=False, beside=beside)))
+        sides = [RobotSide(robot, link, Guard(BODY), []) for robot, link in zip(robots, links, strict=True)]
+        process = WorldProcess(sides, stop)
+        thread = threading.Thread(target=lambda: process.real_time(CycleTimer(BODY.cycle)))
+        thread.start()
+        try:
+            turn_heads(endpoint, waits=False)
+            with WorldClient("nao2", endpoint) as client:
+                client.send(Reset())
+            until(lambda: max(robot.seq for robot in robots) < 50, "the world to begin again")
+        finally:
+            stop.set()
+            thread.join(TIMEOUT)
+    assert not thread.is_alive()
+
+
+def test_a_world_file_lists_unlike_robots_and_an_unlike_cycle_is_refused(start: Start, tmp_path: Path) -> None:
+    robots = '[[robots]]\nname = "red"\n[[robots]]\nname = "blue"\nrobot = "nao-v6"\nat = [1.0, 0.0]\n'
+    file = tmp_path / "game.toml"
+    file.write_text(robots)
+    command = start("emulate", "--world", str(file), "--listen", free_endpoint(), "--out", str(tmp_path / "o"))
+    assert command.wait() == 2
+    assert "robots of one cycle share a world" in command.stderr
