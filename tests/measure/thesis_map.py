@@ -159,7 +159,7 @@ def experiment(context: Context) -> Outcome:
         setup=[(name, f"{o.low:g} to {o.high:g}; {o.source}") for name, o in OPEN.items()],
         tables=[
             ReportTable(
-                f"R5 with torso control: time that it stood, of {SEARCH_DURATION:g} s; {len(search.seeds)} walks",
+                f"R5 with torso control: time, s, of {SEARCH_DURATION:g}; {len(search.seeds)} walks each",
                 (*OPEN, "median", "least", "most"),
                 tuple(
                     (*(f"{p[name]:.3g}" for name in OPEN), *(f"{v:.1f}" for v in (m, min(t), max(t))))
