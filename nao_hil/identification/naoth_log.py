@@ -167,9 +167,10 @@ def _varint(data: memoryview, place: int) -> tuple[int, int]:
 
 
 def _integer(data: memoryview, field: int) -> int:
-    return next(
-        _varint(content, 0)[0] for number, kind, content in _fields(data) if (number, kind) == (field, 0)
-    )
+    for number, kind, content in _fields(data):
+        if (number, kind) == (field, 0):
+            return _varint(content, 0)[0]
+    raise ValueError(f"a message without field {field}")
 
 
 def _numbers(data: memoryview, path: tuple[int, ...]) -> list[float]:

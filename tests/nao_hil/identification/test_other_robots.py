@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 from pathlib import Path
@@ -86,6 +87,16 @@ def test_a_naoth_log_that_cannot_be_read_is_told(content: bytes, words: str, tmp
     (tmp_path / "bad.log").write_bytes(content)
     with pytest.raises(ConfigurationError, match=words):
         read_signals(tmp_path / "bad.log", "nao-v6")
+
+
+def test_a_naoth_log_with_any_bytes_in_it_is_read_or_refused(tmp_path: Path) -> None:
+    random, whole = np.random.default_rng(5), np.frombuffer(b"".join(naoth_frames(3)), np.uint8)
+    for _ in range(200):
+        data = whole.copy()
+        data[random.integers(0, len(data), 8)] = random.integers(0, 256, 8)
+        (tmp_path / "any.log").write_bytes(data.tobytes())
+        with contextlib.suppress(ConfigurationError):
+            read_naoth(tmp_path / "any.log")
 
 
 SOCCER = (
