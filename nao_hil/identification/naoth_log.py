@@ -20,7 +20,7 @@ from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import ConfigurationError
 from bridge.files import open_file, read_limited
 from bridge.types import Array
-from nao_hil.identification.readings import Readings
+from nao_hil.identification.readings import COMMANDS, Readings
 
 _JOINTS: Final = (
     *("HeadPitch", "HeadYaw", "RShoulderRoll", "LShoulderRoll", "RShoulderPitch", "LShoulderPitch"),
@@ -77,15 +77,15 @@ def read_naoth(path: Path) -> Readings:
             f"{path}: has {len(rows)} frames with `FrameInfo` and `SensorJointData`, two are needed; it has "
             f"{', '.join(sorted(names)) or 'none'}."
         )
-    time = np.array([each for each, _ in rows])
+    times = np.array([each for each, _ in rows])
     widths = {name: width for name, _, width in _MEASURED.values()} | {"command": 25, "stiffness": 25}
-    tables = {
+    tables: dict[str, Array] = {
         name: np.array([row.get(name, np.full(width, np.nan)) for _, row in rows])
         for name, width in widths.items()
         if any(name in row for _, row in rows)
     }
-    commands = {name: tables.pop(name) for name in ("command", "stiffness") if name in tables}
-    return Readings(time, tables, time, commands)
+    commands = {name: tables.pop(name) for name in COMMANDS if name in tables}
+    return Readings(times, tables, times, commands)
 
 
 def _frames(data: memoryview) -> Iterator[Mapping[str, memoryview]]:

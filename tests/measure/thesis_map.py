@@ -7,7 +7,6 @@ length of the steps), R2 and R5, each with its condition and without.
 
 from __future__ import annotations
 
-import math
 import statistics
 from collections.abc import Sequence
 from contextlib import suppress
@@ -140,18 +139,18 @@ def experiment(context: Context) -> Outcome:
     found = search.walk_by_name([walk for p in tried for walk in walks(search, "R5, search", p, "with")])
     times = [_times(found.get(f"R5, search, with, {describe(p)}", [])) for p in tried]
     order = sorted(range(1, len(tried)), key=lambda k: -statistics.median(times[k] or [0.0]))
-    chosen = [0, *order[:BEST]]
-    judged = {}
+    judged: dict[str, dict[str, Judged]] = {}
     with suppress(Interrupted):  # the search stands without the rest
-        for k in chosen:
-            judged[describe(tried[k])] = {name: _judge(judge, name, tried[k]) for name in ("R1", "R2", "R5")}
-    medians = [statistics.median(each or [math.nan]) for each in times]
-    effects = {
-        name: float(spearmanr([p[name] for p in tried[1:]], medians[1:], nan_policy="omit").statistic)
-        for name in OPEN
-    }
-    stood = sum(time >= SEARCH_DURATION - 1e-6 for each in times[1:] for time in each)
-    number = sum(len(each) for each in times[1:])
+        for k in [*order[:BEST], 0]:
+            of = judged.setdefault(describe(tried[k]), {})
+            for name in ("R5", "R1", "R2"):
+                of[name] = _judge(judge, name, tried[k])
+    rows = [(p, statistics.median(each), each) for p, each in zip(tried, times, strict=True) if each]
+    searched = [row for row in rows if row[0] != SHIPPED]
+    medians = [median for _, median, _ in searched]
+    effects = {name: float(spearmanr([p[name] for p, _, _ in searched], medians).statistic) for name in OPEN}
+    walked = [time for _, _, of in searched for time in of]
+    stood, number = sum(time >= SEARCH_DURATION - 1e-6 for time in walked), len(walked)
     return context.outcome(
         "thesis-map",
         f"R1, R2 and R5 over what the text leaves open ({POINTS} points)",
@@ -163,19 +162,21 @@ def experiment(context: Context) -> Outcome:
                 (*OPEN, "median", "least", "most"),
                 tuple(
                     (*(f"{p[name]:.3g}" for name in OPEN), *(f"{v:.1f}" for v in (m, min(t), max(t))))
-                    for p, m, t in sorted(zip(tried, medians, times, strict=True), key=lambda row: -row[1])
-                    if t
+                    for p, m, t in sorted(rows, key=lambda row: -row[1])
                 ),
             ),
             ReportTable(
                 f"Judged on {len(judge.seeds)} other seeds: stood with / without, median times, s",
-                ("point", "R1", "R2", "R5"),
-                tuple((name, *(_words(each) for each in of.values())) for name, of in judged.items()),
+                ("point", "R5", "R1", "R2"),
+                tuple(
+                    (name, *(_words(of[each]) if each in of else "" for each in ("R5", "R1", "R2")))
+                    for name, of in judged.items()
+                ),
             ),
         ],
         findings=[
             f"R5 stands {SEARCH_DURATION:g} s in {stood} of {number} walks ({_interval(stood, number)}); "
-            f"as shipped it falls at {medians[0]:.1f} s, at the best point at {max(medians[1:]):.1f} s.",
+            f"as shipped it stands {rows[0][1]:.1f} s, at the best point {max(medians):.1f} s (medians).",
             "Rank correlation of the time with each quantity: "
             + ", ".join(f"{name} {value:+.2f}" for name, value in effects.items())
             + ".",
