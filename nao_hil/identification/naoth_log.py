@@ -84,7 +84,7 @@ def read_naoth(path: Path) -> Readings:
         for name, width in widths.items()
         if any(name in row for _, row in rows)
     }
-    commands = {name: tables.pop(name) for name in COMMANDS if name in tables}
+    commands: dict[str, Array] = {name: tables.pop(name) for name in COMMANDS if name in tables}
     return Readings(times, tables, times, commands)
 
 
