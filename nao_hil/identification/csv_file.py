@@ -68,9 +68,9 @@ def read_csv(path: Path, mapping: Path | None = None) -> Readings:
         ConfigurationError: unreadable, an unknown or missing column, times that do not rise, or a cell that is
             no number; names the line and the column.
     """
-    shipped = None if mapping is None else Path(__file__).with_name(f"{mapping}.toml")
-    if shipped is not None and shipped.is_file():
-        mapping = shipped
+    if mapping is not None and not mapping.exists():
+        shipped = Path(__file__).with_name(f"{mapping.name}.toml")
+        mapping = shipped if shipped.is_file() else mapping
     given = None if mapping is None else load_toml(mapping, ColumnMap)
     table = _read_table(path, given, mapping)
     if len(table.values) < 2:
