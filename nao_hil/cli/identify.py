@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 RecordingOrCsv = Annotated[
     Path,
     typer.Argument(
-        help="Recording (.mcap, .csv, .csv.gz; .log of B-Human; .mcap of HULKs), or the folder of a run.",
+        help="Recording (.mcap, .csv, .csv.gz; .log of B-Human, NaoTH; .mcap of HULKs), or a run's folder.",
         metavar="RECORDING",
         show_default=False,
         callback=recording_of,
@@ -96,6 +96,14 @@ def compare(
     begin: options.Begin = 0.0,
     end: options.End = None,
     columns: options.Columns = None,
+    leg_model: Annotated[
+        Path | None,
+        typer.Option(
+            "--leg-model",
+            help="Network of JointAnglePredictor (.onnx): its errors on both robots, walking; a V6.",
+            metavar="FILE",
+        ),
+    ] = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
 ) -> Answer:
@@ -113,10 +121,12 @@ def compare(
 
     from nao_hil.identification.comparison_page import write_comparison
     from nao_hil.identification.comparison_run import compare_recording
+    from nao_hil.identification.leg_model import compare_leg_model, load_model
     from nao_hil.identification.recorded import read_signals
 
     options.check_stretch(begin, end)
     console = open_console()
+    model = None if leg_model is None else load_model(leg_model)
     recorded = read_signals(recording, robot, begin, end, columns)
     named: dict[str, Any] = {
         name: given if given is not None else recorded.config.get(name)
@@ -131,11 +141,16 @@ def compare(
         result, replayed = compare_recording(
             recorded, str(recording), settings, lambda share: bar.update(task, completed=share)
         )
+    if model is not None:
+        compared = compare_leg_model(model, str(leg_model), recorded.body, recorded.signals, replayed)
+        result = msgspec.structs.replace(result, leg_model=compared)
     directory.write_summary(msgspec.to_builtins(result))
     page = directory.path / "report.html"
     write_comparison(page, result, recorded.signals, replayed)
     for note in result.notes:
         console.print(note, highlight=False, soft_wrap=True)
+    if result.leg_model is not None:
+        console.print(result.leg_model.sentence, highlight=False, soft_wrap=True)
     console.print(f"{result.sentence}\nreport: {page}", highlight=False, soft_wrap=True)
     return Answer(result)
 

@@ -290,7 +290,9 @@ Recording = Annotated[
 Columns = Annotated[
     Path | None,
     typer.Option(
-        "--columns", help="TOML file that maps the columns of a CSV with other names.", metavar="FILE"
+        "--columns",
+        help="TOML file that maps the columns of a CSV with other names, or `humanoid-robot-soccer`.",
+        metavar="FILE",
     ),
 ]
 

@@ -14,6 +14,7 @@ from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS, absent_joints
 from bridge.types import Array
 from nao_hil.identification import measures
+from nao_hil.identification.leg_model import LegModelComparison
 from nao_hil.identification.readings import NAMES, Signals
 from nao_hil.identification.recorded import EncoderGrid
 from nao_hil.identification.sensors_only import FusedAngleComparison
@@ -83,6 +84,8 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     fused_angle: FusedAngleComparison | None
     """None: gyroscope, accelerometer and fused angle were not all recorded."""
     encoder_grid: EncoderGrid
+    leg_model: LegModelComparison | None = None
+    """None: none was given."""
 
     @property
     def sentence(self) -> str:

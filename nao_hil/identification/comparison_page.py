@@ -14,6 +14,7 @@ from bridge.body.joints import JOINTS
 from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
 from nao_hil.files import save_figure
 from nao_hil.identification.comparison import Comparison, JointComparison, JointFollowing, SensorComparison
+from nao_hil.identification.leg_model import ORDERS
 from nao_hil.identification.readings import Signals
 
 SHOWN: Final = 4
@@ -117,7 +118,9 @@ def write_comparison(path: Path, result: Comparison, recorded: Signals, replayed
         setup=tuple((name, str(value)) for name, value in config.items() if value not in ("", None)),
         claims=(),
         pictures=tuple(_pictures(path.parent, result, recorded, replayed)),
-        tables=tuple(table for table in (_joints(result), _sensors(result), _fused(result)) if table.rows),
+        tables=tuple(
+            table for table in (_joints(result), _sensors(result), _fused(result), _legs(result)) if table.rows
+        ),
     )
     robot = f"{config['robot']}, {config['wear']} drives and sensors, on {config['engine']}"
     facts = [
@@ -198,3 +201,19 @@ def _fused(result: Comparison) -> ReportTable:
             rows.append((name, difference, rms, f"{recorded} / {emulated}"))
     title = "Fused angle, and the emulated filter's from the recorded gyroscope and accelerometer"
     return ReportTable(title, head, tuple(rows))
+
+
+def _legs(result: Comparison) -> ReportTable:
+    found = result.leg_model
+    joints = () if found is None else ORDERS[found.order]
+    rows = []
+    for each in () if found is None else found.horizons:
+        pairs = (
+            (each.overall("recorded"), each.overall("replayed")),
+            *((each.recorded[joint], each.replayed[joint]) for joint in joints),
+        )
+        rows.append(
+            (str(each.frames), *(f"{math.degrees(one):.2f} / {math.degrees(two):.2f}" for one, two in pairs))
+        )
+    title = "Model of the walking legs: RMS error, deg, recorded / replayed"
+    return ReportTable(title, ("frames ahead", "all", *joints), tuple(rows))

@@ -16,7 +16,7 @@ from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from bridge.files import Row, read_table
 from bridge.types import Array
-from nao_hil.identification.readings import COMMANDS, NAMES, LoggedRun
+from nao_hil.identification.readings import COMMANDS, NAMES, LoggedRun, specific_force
 
 COLUMNS: Final = {
     f"{name}.{label}": (name, number) for name, labels in NAMES.items() for number, label in enumerate(labels)
@@ -61,12 +61,16 @@ def read_csv(path: Path, mapping: Path | None = None) -> LoggedRun:
 
     Args:
         path: .csv or .csv.gz.
-        mapping: TOML of a `ColumnMap`; None: the file has the project's names.
+        mapping: TOML of a `ColumnMap`, or the name of one beside this module; None: the file has the project's
+            names. The accelerometer of a mapped file may show gravity, or count in g.
 
     Raises:
         ConfigurationError: unreadable, an unknown or missing column, times that do not rise, or a cell that is
             no number; names the line and the column.
     """
+    if mapping is not None and not mapping.exists():
+        shipped = Path(__file__).with_name(f"{mapping.name}.toml")
+        mapping = shipped if shipped.is_file() else mapping
     given = None if mapping is None else load_toml(mapping, ColumnMap)
     table = _read_table(path, given, mapping)
     if len(table.values) < 2:
@@ -74,7 +78,11 @@ def read_csv(path: Path, mapping: Path | None = None) -> LoggedRun:
     own_clock = COMMAND_TIME in table.names
     time, measured = _signals(path, table, "time", MEASURED)
     command_time, commands = _signals(path, table, COMMAND_TIME if own_clock else "time", COMMANDS)
-    return LoggedRun(time, measured, command_time, commands, own_clock)
+    notes: tuple[str, ...] = ()
+    if given is not None and np.isfinite(measured.get("accelerometer", np.nan)).any(axis=0).all():
+        force, notes = specific_force(measured["accelerometer"], measured.get("angle"))
+        measured = {**measured, "accelerometer": force}
+    return LoggedRun(time, measured, command_time, commands, own_clock, notes)
 
 
 def _read_table(path: Path, given: ColumnMap | None, mapping: Path | None) -> _Table:

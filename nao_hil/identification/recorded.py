@@ -19,6 +19,7 @@ from nao_hil.identification.bhuman_log import read_bhuman
 from nao_hil.identification.clock import clock_offset
 from nao_hil.identification.csv_file import MEASURED, read_csv
 from nao_hil.identification.hulks_mcap import is_hulks, read_hulks
+from nao_hil.identification.naoth_log import is_naoth, read_naoth
 from nao_hil.identification.readings import LoggedRun, Signals, on_grid, timing_notes
 from nao_hil.runs.run import Run, Table, load
 
@@ -119,11 +120,11 @@ def read_signals(
     """Read a recording.
 
     Args:
-        path: .mcap of ours or of HULKs, .csv, .csv.gz, or .log of B-Human.
+        path: .mcap of ours or of HULKs, .csv, .csv.gz, or .log of B-Human or NaoTH.
         robot: Body; None: the one that the recording names.
         begin: First second of the recording to take.
         end: Last one; None: its end.
-        columns: TOML that maps a CSV's columns, see `csv_file.ColumnMap`.
+        columns: Maps a CSV's columns, see `csv_file.read_csv`.
 
     Raises:
         ConfigurationError: unreadable, malformed, no body known, or no measurements in it.
@@ -133,7 +134,8 @@ def read_signals(
     elif columns is not None:
         raise ConfigurationError(f"--columns {columns}: maps the columns of a CSV; {path} is none.")
     elif path.suffix.lower() == ".log":
-        body, run = _named_body(path, robot), read_bhuman(path)
+        body = _named_body(path, robot)
+        run = read_naoth(path) if is_naoth(path) else read_bhuman(path)
     elif is_hulks(path):
         body, run = _named_body(path, robot), read_hulks(path)
     else:

@@ -18,6 +18,9 @@ MEASUREMENTS = {
     "sensitivity": Entry(
         "tests.measure.sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False
     ),
+    "thesis-map": Entry(
+        "tests.measure.thesis_map", "R1, R2 and R5 over what the thesis leaves open", 20, False
+    ),
 }
 
 if __name__ == "__main__":
