@@ -29,6 +29,7 @@ from bridge.messages import (
     decode,
     encode,
 )
+from bridge.messages.guard import GuardStatus
 from bridge.messages.topics import Message
 from bridge.messages.walk import UpperBody
 from bridge.types import Closing
@@ -226,6 +227,14 @@ class ControllerLink(Closing):
         if self._session is None:
             return None
         return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError, self._seal)
+
+    def held(self) -> tuple[float, ...]:
+        """25 joint angles commanded last, rad, a safe first command; empty: the joints have been left alone.
+
+        Raises:
+            LinkError: no answer.
+        """
+        return decode(self.query(keys.GUARD), GuardStatus).position
 
     def next(self, timeout: float) -> SensorFrame | None:
         """The next sensor frame in order; None after `timeout` s or without the robot.

@@ -15,7 +15,7 @@ import site
 import sys
 import sysconfig
 import threading
-from functools import partial
+from functools import cache, partial
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader, FileFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -55,10 +55,17 @@ def _redirect(url: str) -> None:
         connect = made.connect
         made.connect = lambda *_, **options: connect(url, **options)
         find = made.service
-        made.service = lambda name, *_: (
-            FrameManager() if name == "ALFrameManager" else Service(find(sendable(name)))
-        )
+        made.service = lambda name, *_: frames() if name == "ALFrameManager" else Service(find(sendable(name)))
         return made
+
+    @cache
+    def frames() -> Any:
+        """`ALFrameManager` of the program, made at its first use: few programs have one."""
+        from nao_hil.naoqi_programs.choregraphe.play import make_player
+
+        player = make_player(session_here(), Path(sys.argv[0]).resolve().parent)
+        atexit.register(lambda: [print(f"not done: {one}", file=sys.stderr) for one in player.could_not])
+        return player.frames
 
     def application_here(args: Any = None, raw: bool = False, autoExit: bool = True, **_: Any) -> Any:
         given = [a for a in (args or [sys.argv[0]]) if not str(a).startswith("--qi-url")]
@@ -66,18 +73,6 @@ def _redirect(url: str) -> None:
 
     qi.Session = session_here
     qi.Application = qi.ApplicationSession = application_here
-
-
-class FrameManager:
-    """`ALFrameManager` of a plain program, which is its only behaviour."""
-
-    def getBehaviorPath(self, *_: Any) -> str:
-        """Folder of the program, with a slash at its end."""
-        return f"{Path(sys.argv[0]).resolve().parent}/"
-
-    def getMethodList(self) -> list[str]:
-        """As of every service."""
-        return ["getBehaviorPath"]
 
 
 class ProgramLoader(SourceFileLoader):

@@ -468,16 +468,15 @@ def number(value: Any, label: str, lower: float = -math.inf, upper: float = math
 
 
 def clipped(value: Any, label: str, lower: float, upper: float) -> float:
-    """A finite number, clipped to its limits with a warning where it is a little beyond, as robots do.
+    """A finite number, clipped to its limits with a warning, as robots do: programs give speeds in per cent.
 
     Raises:
-        NaoqiRefused: no number, or beyond a limit by the limit's own size: probably of another unit.
+        NaoqiRefused: no number.
     """
     given = number(value, label)
     limit = max(lower, min(upper, given))
-    if given == limit or abs(given - limit) >= abs(limit):
-        return number(given, label, lower, upper)
-    logger.warning("%s is %g; it is clipped to %g", label, given, limit)
+    if given != limit:
+        logger.warning("%s is %g; it is clipped to %g", label, given, limit)
     return limit
 
 
@@ -487,7 +486,7 @@ def fraction(value: Any, label: str) -> float:
     Raises:
         NaoqiRefused: anything else, or less than `MIN_SPEED_FRACTION`.
     """
-    speed = clipped(value, label, 0.0, 1.0)
+    speed = clipped(value, label, -math.inf, 1.0)
     if speed < MIN_SPEED_FRACTION:
         raise NaoqiRefused(
             f"{label} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "

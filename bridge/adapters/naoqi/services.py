@@ -188,9 +188,9 @@ class Services:
         self.motion.end_using("Legs")
         self.upper_body.begin()
 
-    def hold(self) -> None:
-        """Hold the joints in place, except the program's share; the lock is held."""
-        self.joints.hold(self.upper_body.taken)
+    def hold(self, targets: tuple[float, ...] = ()) -> None:
+        """Hold the joints in place, except the program's share, see `Joints.hold`; the lock is held."""
+        self.joints.hold(self.upper_body.taken, targets)
 
     def abandon(self) -> None:
         """Fail calls that wait for a motion of a lost robot; the lock is held."""

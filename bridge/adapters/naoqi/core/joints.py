@@ -121,14 +121,18 @@ class Joints:
         self._wanted = self._shielded = self._before = frame.position
         self.hold()
 
-    def hold(self, without: Iterable[str] = ()) -> None:
-        """Hold the joints at their measured angles and stiffnesses from the next cycle on.
+    def hold(self, without: Iterable[str] = (), targets: Positions = ()) -> None:
+        """Hold the joints at their angles and stiffnesses from the next cycle on.
 
         Args:
             without: joints whose commands stay in force.
+            targets: angles commanded last, rad, of which stiff joints keep theirs, since the measured ones sag;
+                empty: all hold the measured angles.
         """
-        self.dcm.put_frame(self.frame.position, self.frame.stiffness, {slot(joint) for joint in without})
-        self._before = self.frame.position
+        now = zip(targets or self.frame.position, self.frame.position, self.frame.stiffness, strict=True)
+        position = tuple(target if stiffness > 0.0 else angle for target, angle, stiffness in now)
+        self.dcm.put_frame(position, self.frame.stiffness, {slot(joint) for joint in without})
+        self._before = position
 
     def cycle(self, frame: SensorFrame) -> None:
         """Take a new frame: advance the DCM to it, over missed frames too."""

@@ -104,7 +104,7 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
         frequency: of the steps, 0 to 1.
 
     Raises:
-        NaoqiRefused: not such a list, or a value far beyond its limits.
+        NaoqiRefused: not such a list, or no number.
     """
     given: dict[str, float] = {}
     for config in configs:
