@@ -20,7 +20,6 @@ from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviou
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
 from nao_hil.naoqi_programs.runner import load_modules
 
-
 IDLE: Final = 10.0
 
 

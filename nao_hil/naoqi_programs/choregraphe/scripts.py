@@ -96,7 +96,7 @@ class FrameManager:
     def _of(self, number: Any) -> Any:
         if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(self._players):
             raise RuntimeError(
-                f"ALFrameManager: {number!r:.40} is no behaviour; newBehaviorFromFile returns the number of one."
+                f"ALFrameManager: {number!r:.40} is no behaviour; newBehaviorFromFile returns its number."
             )
         return self._players[number]
 
