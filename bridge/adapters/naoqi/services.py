@@ -38,7 +38,6 @@ from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody
 from bridge.adapters.naoqi.declared import (
     REFUSED,
-    Answers,
     Method,
     Range,
     as_vendor,
@@ -363,18 +362,14 @@ class _Module:
     def __init__(self, service: str, services: Services, methods: Mapping[str, Method]) -> None:
         self.service, self._services, self._methods = service, services, methods
 
-    answers = Answers(
-        {
-            ".ping": lambda self: True,
-            ".version": lambda self: self._services._config.naoqi_version,
-            ".getBrokerName": lambda self: "naoqi",
-            ".getMethodList": lambda self: sorted(self._methods),
-            ".getModuleHelp": lambda self: [f"{self.service}, served by nao-hil", []],
-            ".isRunning": lambda self, key: self._services._async_calls.running(key),
-            ".stop": lambda self, key: self._services._async_calls.stop(key),
-        }
-    )
-    exit = Answers({".exit": lambda self: None}, partly="the module stays")
+    _ping = offers(".ping")(lambda self: True)
+    _version = offers(".version")(lambda self: self._services._config.naoqi_version)
+    _get_broker_name = offers(".getBrokerName")(lambda self: "naoqi")
+    _get_method_list = offers(".getMethodList")(lambda self: sorted(self._methods))
+    _get_module_help = offers(".getModuleHelp")(lambda self: [f"{self.service}, served by nao-hil", []])
+    _is_running = offers(".isRunning")(lambda self, key: self._services._async_calls.running(key))
+    _stop = offers(".stop")(lambda self, key: self._services._async_calls.stop(key))
+    _exit = offers(".exit", partly="the module stays")(lambda self: None)
 
     @offers(".pCall", kind="walk")
     def _post(self, method: Any = None, *arguments: Any) -> int:

@@ -18,7 +18,7 @@ from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
-from nao_hil.naoqi_programs.runner import load_modules
+from nao_hil.naoqi_programs.loading import load_modules
 
 IDLE: Final = 10.0
 

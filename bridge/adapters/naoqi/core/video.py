@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.memory import stamp
-from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Range, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -327,16 +327,20 @@ class VideoDevice:
     def _set_all_camera_parameters_to_default(self, handle: Any) -> Any:
         return self._reset(self._of(handle, "setAllCameraParametersToDefault").camera)
 
-    answers = Answers(
-        {
-            "ALVideoDevice.getSubscribers": lambda self: list(self._subscriptions),
-            "ALVideoDevice.getCameraIndexes": lambda self: [0, 1],
-            "ALVideoDevice.hasDepthCamera": lambda self: False,
-            "ALVideoDevice.releaseImage": lambda self, handle: self._of(handle, "releaseImage").rate > 0,
-            "ALVideoDevice.getResolution": lambda self, handle: self._of(handle, "getResolution").resolution,
-            "ALVideoDevice.getColorSpace": lambda self, handle: self._of(handle, "getColorSpace").space,
-            "ALVideoDevice.getFrameRate": lambda self, handle: self._of(handle, "getFrameRate").rate,
-        }
+    _get_subscribers = offers("ALVideoDevice.getSubscribers")(lambda self: list(self._subscriptions))
+    _get_camera_indexes = offers("ALVideoDevice.getCameraIndexes")(lambda self: [0, 1])
+    _has_depth_camera = offers("ALVideoDevice.hasDepthCamera")(lambda self: False)
+    _release_image = offers("ALVideoDevice.releaseImage")(
+        lambda self, handle: self._of(handle, "releaseImage").rate > 0
+    )
+    _get_resolution = offers("ALVideoDevice.getResolution")(
+        lambda self, handle: self._of(handle, "getResolution").resolution
+    )
+    _get_color_space = offers("ALVideoDevice.getColorSpace")(
+        lambda self, handle: self._of(handle, "getColorSpace").space
+    )
+    _get_frame_rate = offers("ALVideoDevice.getFrameRate")(
+        lambda self, handle: self._of(handle, "getFrameRate").rate
     )
 
 
