@@ -21,7 +21,7 @@ from bridge.adapters.naoqi.core.motion_tasks import MAX_WAIT, AsyncCalls, Motion
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.core.robot_facts import InertSettings, RobotConfig, RobotFacts
+from bridge.adapters.naoqi.core.robot_facts import InertSettings, Preferences, RobotConfig, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
     BUTTON_KEYS,
     QUIET_SERVICES,
@@ -309,6 +309,7 @@ class Services:
             Extractor("ALSensors", self.events, [], BUTTON_KEYS),
             BatteryAndHeat(self.joints),
             RobotFacts(self._config),
+            Preferences(),
             Leds(self.joints, self._others),
             self._speech,
             self._audio,

@@ -196,6 +196,44 @@ def _xml(preferences: Mapping[str, str]) -> str:
     return "\n".join([head, *lines, "</ModulePreference>"])
 
 
+_MAX_PREFERENCES: Final = 10_000
+
+
+class Preferences:
+    """`ALPreferenceManager`: values of programs by domain and name, for the time of the server."""
+
+    service = "ALPreferenceManager"
+
+    def __init__(self) -> None:
+        self._values: dict[str, dict[str, Any]] = {}
+
+    @offers(".setValue", partly="kept for the time of the server")
+    def _set(self, domain: str, setting: str, value: Any) -> None:
+        if sum(map(len, self._values.values())) >= _MAX_PREFERENCES:
+            raise NaoqiRefused(f"ALPreferenceManager.setValue: {_MAX_PREFERENCES} values are kept already.")
+        self._values.setdefault(domain, {})[setting] = value
+
+    @offers(".getValue")
+    def _get(self, domain: str, setting: str) -> Any:
+        """The value; None: there is none."""
+        return self._values.get(domain, {}).get(setting)
+
+    @offers(".removeValue")
+    def _remove(self, domain: str, setting: str) -> None:
+        self._values.get(domain, {}).pop(setting, None)
+
+    @offers(".getValueList")
+    def _list(self, domain: str) -> list[list[Any]]:
+        return [[setting, value] for setting, value in self._values.get(domain, {}).items()]
+
+    @offers(".removeDomainValues")
+    def _remove_all(self, domain: str) -> None:
+        self._values.pop(domain, None)
+
+    _domains = offers(".getDomainList")(lambda self: list(self._values))
+    _update = offers(".update", partly="without effect: there is no cloud")(lambda self: None)
+
+
 _inert = partial(Setting, partly=INERT, returns=True)
 
 
