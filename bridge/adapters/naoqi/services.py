@@ -36,15 +36,7 @@ from bridge.adapters.naoqi.core.sensing import (
 from bridge.adapters.naoqi.core.video import VideoDevice
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody
-from bridge.adapters.naoqi.declared import (
-    REFUSED,
-    Method,
-    Range,
-    as_vendor,
-    declared,
-    offers,
-    refusals,
-)
+from bridge.adapters.naoqi.declared import REFUSED, Method, Range, as_vendor, declared, offers, refusals
 from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
 from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
 from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness

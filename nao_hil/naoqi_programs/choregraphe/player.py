@@ -211,11 +211,7 @@ class RunningBox:
     """
 
     def __init__(
-        self,
-        player: Player,
-        box: Box,
-        emit: Callable[[str, Any], None],
-        parent: RunningBox | None = None,
+        self, player: Player, box: Box, emit: Callable[[str, Any], None], parent: RunningBox | None = None
     ) -> None:
         self.player, self.box, self._emit, self.parent = player, box, emit, parent
         self.module_name = box.name

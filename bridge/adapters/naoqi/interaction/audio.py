@@ -17,16 +17,7 @@ from weakref import WeakKeyDictionary
 
 from bridge.adapters.naoqi.core.memory import Publish, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    INERT,
-    Duration,
-    Own,
-    Range,
-    Setting,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import INERT, Duration, Own, Range, Setting, number, offers, text
 from bridge.adapters.naoqi.robot_files import NewFile, RobotFile, RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 

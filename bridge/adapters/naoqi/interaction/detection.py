@@ -237,12 +237,7 @@ class Faces(Detection):
     )
 
     def __init__(
-        self,
-        scene: Scene,
-        frames: RobotFrames,
-        events: Events,
-        tasks: MotionTasks,
-        now: Callable[[], int],
+        self, scene: Scene, frames: RobotFrames, events: Events, tasks: MotionTasks, now: Callable[[], int]
     ) -> None:
         super().__init__("ALFaceDetection", "face", "FaceDetected", scene, frames, events)
         self._tasks, self._now = tasks, now

@@ -54,11 +54,7 @@ class Dialog:
     """
 
     def __init__(
-        self,
-        events: Events,
-        read: Callable[[str], Any],
-        speak: Callable[[str], Future[Any]],
-        files: RobotFiles,
+        self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]], files: RobotFiles
     ) -> None:
         self._events, self._read, self._speak, self.files = events, read, speak, files
         self._topics: dict[str, Topic] = {}
