@@ -153,7 +153,7 @@ def test_a_module_of_a_program_is_called_in_the_order_of_the_events(served: Serv
         served.server.publish("event", number, [["Mine", "on", "message"], ["Nobody", "on", ""]])
     until(lambda: len(heard) == 5, "five calls")
     assert heard == [("event", number, "message") for number in range(5)]
-    with pytest.raises(RuntimeError, match="Mine.*off"):
+    with pytest.raises(RuntimeError, match=r"Mine.*off"):
         memory.subscribeToEvent("event", "Mine", "off")
 
 
