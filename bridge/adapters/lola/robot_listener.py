@@ -107,10 +107,12 @@ class RobotListener:
     def _update_lease(self) -> None:
         if not self.lease_wanted:
             self._give_up_lease()
-        elif not self._link.lease and time.monotonic() >= self._next_request:
+        elif not (self._link.lease and self.held) and time.monotonic() >= self._next_request:
             try:
-                self._link.acquire()
-                self.held = self._link.held() or self.newest.frame.position if self.newest else ()
+                if not self._link.lease:
+                    self.held = ()  # of an earlier lease
+                    self._link.acquire()
+                self.held = (self._link.held() or self.newest.frame.position) if self.newest else ()
                 self._wake()
             except LeaseRefused as error:
                 self._next_request = time.monotonic() + _LEASE_INTERVAL
