@@ -229,12 +229,14 @@ class ControllerLink(Closing):
         return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError, self._seal)
 
     def held(self) -> tuple[float, ...]:
-        """25 joint angles commanded last, rad, a safe first command; empty: the joints have been left alone.
+        """25 joint angles commanded last, rad, a safe first command.
 
-        Raises:
-            LinkError: no answer.
+        Empty: the joints have been left alone, or the robot has no guard that answers.
         """
-        return decode(self.query(keys.GUARD), GuardStatus).position
+        try:
+            return decode(self.query(keys.GUARD), GuardStatus).position
+        except LinkError:
+            return ()
 
     def next(self, timeout: float) -> SensorFrame | None:
         """The next sensor frame in order; None after `timeout` s or without the robot.
