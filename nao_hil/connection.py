@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bridge.errors import LinkError, RobotSilent
-from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink, keys
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.link.session import require_seconds
-from bridge.messages import Info, SensorFrame, decode
-from bridge.messages.guard import GuardStatus
+from bridge.messages import Info, SensorFrame
 from nao_hil.arguments import JointValues, UnreachableAngles, actuator_frame
 
 
@@ -30,8 +29,7 @@ class Connection:
         """Description of the robot: its body, its cycle time (s), the joints that it does not have."""
         self.frame = self._receive()
         """The newest sensor frame."""
-        status = decode(link.query(keys.GUARD), GuardStatus)
-        self.first_target = status.position or self.frame.position
+        self.first_target = link.held() or self.frame.position
         """Joint angles that the robot held when this program took control, rad: a safe first command. They are
         those commanded last; before any command the measured ones, which are lower by the sag of the joints: a
         program that commands measured angles at each start makes the robot sink a little every time."""

@@ -150,9 +150,9 @@ class Controller:
         return self._state.name == "fallen" and bool(self._estimate.fall)
 
     @property
-    def hangs(self) -> bool:
-        """It stands, and no foot touches the ground."""
-        return self._state.name == "stand" and self._estimate.contacts.none
+    def airborne(self) -> bool:
+        """No foot touches the ground."""
+        return self._estimate.contacts.none
 
     @property
     def delay(self) -> float:

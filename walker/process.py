@@ -10,7 +10,7 @@ from collections.abc import Callable
 import msgspec
 
 from bridge.body import Body, body_of, load_body
-from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
+from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent, WalkRefused
 from bridge.guard import GuardSettings
 from bridge.histogram import DurationHistogram
 from bridge.link import ControllerLink, keys
@@ -21,7 +21,7 @@ from bridge.realtime import quiet_process
 from bridge.types import Vec3
 from walker.controller import Controller
 from walker.gaits.catalogue import gait_kind
-from walker.service import WalkService
+from walker.service import HANGS, WalkService
 
 logger = logging.getLogger(__name__)
 
@@ -118,6 +118,7 @@ class WalkerProcess:
             LeaseRefused: another controller holds the robot; a walker that serves waits until it is free.
             FrameError: the robot speaks another version of the contract.
             LinkError: the robot is stopped during the walk.
+            WalkRefused: it hangs.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
@@ -289,6 +290,8 @@ class WalkerProcess:
         self._last = controller.tick(frame)
         tick = time.perf_counter() - began
         self._ticks.add(tick)
+        if self._service is None and state == "approach" and controller.state == "walk" and controller.airborne:
+            raise WalkRefused(HANGS)
         if controller.state == "fallen" != state:
             logger.warning("the robot falls: %s", controller.fall_cause)
         if controller.interruptions > before:

@@ -36,6 +36,9 @@ _NO_ROBOT: Final = (
     "The walker does not hold a robot yet; start one, arm it after an emergency stop (Arm on the page, or "
     "`nao-hil arm`), or ask again in a moment."
 )
+HANGS: Final = (
+    "No foot feels the ground: the robot hangs, or its force sensors are dead; put it on its feet first."
+)
 _PAUSE: Final = 0.0005
 """Duration of `_pause`, s."""
 
@@ -164,7 +167,11 @@ class WalkService:
             position=controller.odometry_pose,
         )
         self._snapshot = _Snapshot(
-            status, controller.lies, controller.hangs, controller.lying_side, controller.motion_waits
+            status,
+            controller.lies,
+            status.state == "stand" and controller.airborne,
+            controller.lying_side,
+            controller.motion_waits,
         )
         self._held.set()
         for order in self._due:
@@ -239,10 +246,7 @@ class WalkService:
         if self._snapshot.lies:
             raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
         if self._snapshot.hangs:
-            raise WalkRefused(
-                "No foot feels the ground: the robot hangs, or its force sensors are dead; "
-                "put it on its feet first."
-            )
+            raise WalkRefused(HANGS)
         walk = self._prepare(request, command)
         self._request = request
         self._bounded_by = next((n for n in ("target", "distance") if getattr(command, n) is not None), None)

@@ -29,6 +29,7 @@ from bridge.messages import (
     decode,
     encode,
 )
+from bridge.messages.guard import GuardStatus
 from bridge.messages.topics import Message
 from bridge.messages.walk import UpperBody
 from bridge.types import Closing
@@ -226,6 +227,16 @@ class ControllerLink(Closing):
         if self._session is None:
             return None
         return ask(self._session, self._key(suffix), payload, _QUERY_TIMEOUT, LinkError, self._seal)
+
+    def held(self) -> tuple[float, ...]:
+        """25 joint angles commanded last, rad, a safe first command.
+
+        Empty: the joints have been left alone, or the robot has no guard that answers.
+        """
+        try:
+            return decode(self.query(keys.GUARD), GuardStatus).position
+        except LinkError:
+            return ()
 
     def next(self, timeout: float) -> SensorFrame | None:
         """The next sensor frame in order; None after `timeout` s or without the robot.

@@ -32,7 +32,8 @@ from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console, printable
 from nao_hil.cli.signals import on_signals
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
-from nao_hil.naoqi_programs.runner import ADDRESS, command
+from nao_hil.naoqi_programs.loading import command
+from nao_hil.naoqi_programs.runner import ADDRESS
 from nao_hil.naoqi_programs.source import program_code
 from nao_hil.runs.supervisor import Child
 

@@ -1,4 +1,4 @@
 """Programs written for NAOqi, run unchanged: `nao-hil run-naoqi`.
 
-`modules` has the modules that such programs import, `runner` runs one, `source` detects Python 2.
+`modules` has the modules that such programs import, `runner` runs one by `loading`, `source` detects Python 2.
 """

@@ -11,31 +11,24 @@ import atexit
 import marshal
 import os
 import signal
-import site
 import sys
-import sysconfig
 import threading
-from functools import partial
-from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader, FileFinder, SourceFileLoader
+from functools import cache
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import ModuleType
 from typing import Any, Final
 
 from bridge.adapters.naoqi.real_robot import connected
 from bridge.errors import LinkError
+from nao_hil.naoqi_programs.loading import load_modules
 from nao_hil.naoqi_programs.python2 import put_back
 from nao_hil.naoqi_programs.services import Service, print_error, sendable
-from nao_hil.naoqi_programs.source import compiled, is_old
+from nao_hil.naoqi_programs.source import is_old
 
 ADDRESS: Final = "NAO_HIL_NAOQI"
 MODULES: Final = Path(__file__).parent / "modules"
 PATIENCE: Final = 20.0
 """Timeout of NAOqi on a busy machine, s; qi itself would wait for ever for a server that is no NAOqi."""
-
-
-def command(code: Path | str, program: Path, arguments: list[str]) -> list[str]:
-    """The command that runs a program; `python -m` would take modules from the working directory first."""
-    return [sys.executable, __file__, str(code), str(program), *arguments]
 
 
 def _redirect(url: str) -> None:
@@ -55,10 +48,17 @@ def _redirect(url: str) -> None:
         connect = made.connect
         made.connect = lambda *_, **options: connect(url, **options)
         find = made.service
-        made.service = lambda name, *_: (
-            FrameManager() if name == "ALFrameManager" else Service(find(sendable(name)))
-        )
+        made.service = lambda name, *_: frames() if name == "ALFrameManager" else Service(find(sendable(name)))
         return made
+
+    @cache
+    def frames() -> Any:
+        """`ALFrameManager` of the program, made at its first use: few programs have one."""
+        from nao_hil.naoqi_programs.choregraphe.play import make_player
+
+        player = make_player(session_here(), Path(sys.argv[0]).resolve().parent)
+        atexit.register(lambda: [print(f"not done: {one}", file=sys.stderr) for one in player.could_not])
+        return player.frames
 
     def application_here(args: Any = None, raw: bool = False, autoExit: bool = True, **_: Any) -> Any:
         given = [a for a in (args or [sys.argv[0]]) if not str(a).startswith("--qi-url")]
@@ -66,55 +66,6 @@ def _redirect(url: str) -> None:
 
     qi.Session = session_here
     qi.Application = qi.ApplicationSession = application_here
-
-
-class FrameManager:
-    """`ALFrameManager` of a plain program, which is its only behaviour."""
-
-    def getBehaviorPath(self, *_: Any) -> str:
-        """Folder of the program, with a slash at its end."""
-        return f"{Path(sys.argv[0]).resolve().parent}/"
-
-    def getMethodList(self) -> list[str]:
-        """As of every service."""
-        return ["getBehaviorPath"]
-
-
-class ProgramLoader(SourceFileLoader):
-    """Of modules in the program's folder, which may be in Python 2 as well; bytecode is not kept.
-
-    Args:
-        old: whether a module that both Pythons read is in Python 2.
-    """
-
-    def __init__(self, name: str, path: str, *, old: bool | None = None) -> None:
-        super().__init__(name, path)
-        self._old = old
-
-    def get_code(self, fullname: str) -> CodeType:
-        """The code of a module."""
-        path = Path(self.path)
-        package = path.parent if "." in fullname or self.is_package(fullname) else None
-        return compiled(self.get_data(self.path), self.path, old=self._old, package=package)
-
-
-def load_modules(old: bool) -> None:
-    """Load modules from everywhere but Python's own folders and this project's by `ProgramLoader`."""
-    own = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
-    own += [str(Path(__file__).parents[1]), *map(str, site.getsitepackages())]
-    installed = {os.path.realpath(path) for path in own}
-
-    def hook(path: str) -> FileFinder:
-        """A finder of the program's modules in a folder."""
-        place = os.path.realpath(path or os.getcwd())
-        if not os.path.isdir(place) or any(place == p or place.startswith(p + os.sep) for p in installed):
-            raise ImportError(path)
-        extensions = (ExtensionFileLoader, EXTENSION_SUFFIXES)
-        loader: Any = partial(ProgramLoader, old=old)
-        return FileFinder(place, extensions, (loader, [".py"]))
-
-    sys.path_hooks.insert(0, hook)
-    sys.path_importer_cache.clear()
 
 
 def _interrupt_once() -> None:

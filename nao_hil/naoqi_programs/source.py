@@ -16,7 +16,7 @@ from nao_hil.naoqi_programs.conversion import from_python2, no_program, own_name
 _UNCLOSED: Final = "unterminated"
 """Begins Python 3's error of a text without an end, which Python 2 does not read either."""
 _OLD_NAMES: Final = {
-    *("raw_input", "xrange", "unicode", "unichr", "basestring", "long", "execfile", "cmp", "reload"),
+    *("raw_input", "xrange", "unicode", "unichr", "basestring", "long", "execfile", "cmp", "reload")
 }
 _OLD_ATTRIBUTES: Final = {"has_key", "iteritems", "itervalues", "iterkeys", "setdefaultencoding"}
 _OLD_MODULES: Final = {

@@ -34,6 +34,9 @@ from tests.bench.round_trip import standing_frame
 _CYCLE: Final = 0.01
 _BLOCKS: Final = 4
 _CALLS: Final = 200
+_READINGS: Final = 20
+"""Of joint states, in a block."""
+_STATES: Final = ("Velocity", "Torque")
 _CYCLES: Final = 800
 _LOOK_AHEADS: Final = (0.0, 10.0, 20.0)
 """ms"""
@@ -169,27 +172,37 @@ def caller(served: str, bare: str) -> None:
     sessions = [qi.Session(), qi.Session()]
     for session, url in zip(sessions, (served, bare), strict=True):
         session.connect(url)
-    dcm, memory, floor = (
-        sessions[0].service("DCM"),
-        sessions[0].service("ALMemory"),
-        sessions[1].service("Bare"),
-    )
+    dcm, memory, motion = (sessions[0].service(name) for name in ("DCM", "ALMemory", "ALMotion"))
+    floor = sessions[1].service("Bare")
     names = [f"{joint}/Position/Actuator/Value" for joint in INDEX]
     dcm.createAlias(["Bench", names])
     keys = [f"Device/SubDeviceList/{joint}/{end}/Sensor/Value" for joint in INDEX for end in _ENDS]
+    states = [f"Motion/{of}/Sensor/{joint}" for joint in motion.getBodyNames("Body") for of in _STATES]
+
+    def read_states() -> None:
+        """Joint states as a ROS driver reads them that waits for each call: angles, then each key."""
+        motion.getAngles("Body", True)
+        for key in states:
+            memory.getData(key)
+
+    def read_nothing() -> None:
+        for _ in range(len(states) + 1):
+            floor.ping()
+
     command = ["Bench", "ClearAll", "time-separate", 0, [dcm.getTime(0)], [[0.0]] * len(names)]
     calls = {
         "ping": (dcm.ping, floor.ping, ()),
         "getTime": (dcm.getTime, floor.getTime, (0,)),
         "setAlias, 25 joints": (dcm.setAlias, floor.setAlias, (command,)),
         f"getListData, {len(keys)} keys": (memory.getListData, floor.getListData, (keys,)),
+        f"joint states, {len(states) + 1} calls": (read_states, read_nothing, ()),
     }
     result = {}
     for name, (ours, theirs, arguments) in calls.items():
         times: tuple[list[float], list[float]] = ([], [])
         for _ in range(_BLOCKS):
             for method, taken in zip((ours, theirs), times, strict=True):
-                for _ in range(_CALLS):
+                for _ in range(_CALLS if not name.startswith("joint") else _READINGS):
                     began = time.perf_counter()
                     method(*arguments)
                     taken.append(1e6 * (time.perf_counter() - began))

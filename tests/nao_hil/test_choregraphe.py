@@ -127,7 +127,7 @@ def play(folder: Path, inside: str, more: str = "") -> tuple[Player, Robot, list
     file = folder / "behavior.xar"
     file.write_text(f"<ChoregrapheProject>{box(-1, 'root', '', inside, more)}</ChoregrapheProject>")
     robot, said = Robot(), list[Any]()
-    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager(), "sys": sys, "time": time}
+    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager(1.0), "sys": sys, "time": time}
     player = Player(robot.service, names, robot, folder, lambda name, module: said.append((name, module)))
     player.play(read_behaviour(file))
     return player, robot, said
@@ -325,7 +325,7 @@ def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatc
     command = [sys.executable, "-c", "import sys; open('ran', 'w').write(' '.join(sys.argv[1:]))"]
     popen = subprocess.Popen
     monkeypatch.setattr(subprocess, "Popen", lambda given, **how: popen([*command, *given[3:]], **how))
-    names = {"ALFrameManager": FrameManager()}
+    names = {"ALFrameManager": FrameManager(1.0)}
     player = Player(Robot().service, names, None, tmp_path, min)
     manager = ServiceManager(player, tmp_path)
     stopped: list[str] = []
@@ -347,7 +347,9 @@ def test_a_behaviour_runs_another_of_its_project(tmp_path: Path) -> None:
     (tmp_path / "party.pml").write_text(f"<Package>{described}</Package>")
     file = tmp_path / "main" / "behavior.xar"
     said: list[Any] = []
-    player = Player(Robot().service, {"said": said, "ALFrameManager": FrameManager()}, None, file.parent, min)
+    player = Player(
+        Robot().service, {"said": said, "ALFrameManager": FrameManager(1.0)}, None, file.parent, min
+    )
     manager = BehaviorManager(player, project_of(file), 5.0)
     assert manager.getInstalledBehaviors() == ["main", "songs/birthday"]
     manager.runBehavior("songs/birthday")

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from nao_hil.naoqi_programs.runner import MODULES, ProgramLoader
+from nao_hil.naoqi_programs.loading import ProgramLoader
+from nao_hil.naoqi_programs.runner import MODULES
 from tests.processes import module_of
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nao_hil.naoqi_programs.loading import load_modules
 from nao_hil.naoqi_programs.python2 import put_back
-from nao_hil.naoqi_programs.runner import load_modules
 from nao_hil.naoqi_programs.services import Service
 from nao_hil.naoqi_programs.source import compiled, is_old, program_code
 

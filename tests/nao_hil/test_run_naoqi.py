@@ -14,7 +14,8 @@ import pytest
 from bridge.adapters.naoqi import qi_library
 from nao_hil.cli.main import run
 from nao_hil.cli.run_naoqi import _missing, _print_reports, run_naoqi
-from nao_hil.naoqi_programs.runner import ADDRESS, command, main
+from nao_hil.naoqi_programs.loading import command
+from nao_hil.naoqi_programs.runner import ADDRESS, main
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
 

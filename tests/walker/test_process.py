@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from bridge.body import Body
-from bridge.errors import LinkError
+from bridge.errors import LinkError, WalkRefused
 from bridge.guard import GuardSettings
 from bridge.messages import SensorFrame
 from nao_hil.runs.build import controller_maker
@@ -99,3 +99,18 @@ def test_a_walker_without_a_robot_says_what_is_missing_and_waits(caplog: pytest.
     result = WalkerProcess(link, controller_maker(RunConfig()), None, lambda: False).run()
     assert "start one with `nao-hil emulate`. Waiting for it." in caplog.text
     assert result.displacement == (0.0, 0.0, 0.0)
+
+
+def test_a_walk_of_a_robot_that_hangs_is_refused_before_its_first_step() -> None:
+    frames = [msgspec.structs.replace(FRAME, fsr=(0.0,) * 8, seq=i, time=0.01 * i) for i in range(2000)]
+
+    class Hanging(Link):
+        def latest(self, _: float) -> SensorFrame:
+            return frames[self.numbers.pop(0)]
+
+        next = latest
+
+    link: Any = Hanging(list(range(2000)), "lockstep")
+    with pytest.raises(WalkRefused, match="hangs"):
+        WalkerProcess(link, controller_maker(RunConfig()), None, lambda: not link.numbers).run()
+    assert link.numbers

@@ -36,12 +36,14 @@ class Setpoints:
     """The last value of each joint; a map may leave out keys.
 
     Args:
-        position: 25 measured angles, rad, the initial setpoints.
-        stiffness: 25 stiffnesses in force, likewise.
+        stiffness: 25 stiffnesses in force, the initial setpoints.
     """
 
-    def __init__(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
-        self._values = {"Position": list(position), "Stiffness": list(stiffness)}
+    def __init__(self, stiffness: Sequence[float]) -> None:
+        self._values: dict[str, list[float]] = {
+            "Position": [math.nan] * N_JOINTS,
+            "Stiffness": list(stiffness),
+        }
 
     def update(self, values: Map) -> list[MapError]:
         """Take over the joint values of a map; unknown keys are ignored.
@@ -54,7 +56,9 @@ class Setpoints:
         """
         errors: dict[str, MapError] = {}
         for key in JOINT_KEYS:
-            array = values.get(key, self._values[key])
+            if key not in values:
+                continue
+            array = values[key]
             if isinstance(array, list) and len(array) == N_JOINTS:
                 for slot, value in enumerate(array):
                     error = self._put(key, slot, value)
@@ -79,10 +83,10 @@ class Setpoints:
             return MapError(f"{key}, range", f"`{key}` of {why}")
         return None
 
-    @property
-    def position(self) -> tuple[float, ...]:
-        """Of all joints, rad."""
-        return tuple(self._values["Position"])
+    def position(self, held: Sequence[float]) -> tuple[float, ...]:
+        """Of all joints, rad; of a joint without a setpoint the angle that the robot holds."""
+        own = self._values["Position"]
+        return tuple(at if math.isnan(p) else p for p, at in zip(own, held, strict=True))
 
     @property
     def stiffness(self) -> tuple[float, ...]:
@@ -187,7 +191,7 @@ class LolaClient:
 
         Args:
             maps: as received, oldest first.
-            frame: the newest one; joints without a setpoint keep their measured angle.
+            frame: the newest one, with the stiffnesses in force.
         """
         for values in maps:
             for key in values.keys() - ACTUATORS.keys():
@@ -197,7 +201,7 @@ class LolaClient:
             if self.setpoints is None:
                 if not any(key in values for key in JOINT_KEYS):
                     continue
-                self.setpoints = Setpoints(frame.position, frame.stiffness)
+                self.setpoints = Setpoints(frame.stiffness)
             for error in self.setpoints.update(values):
                 self.warn(error.kind, f"the client's {error.text}")
 

@@ -54,6 +54,8 @@ class RobotListener:
         """The robot's token has disappeared."""
         self.newest: Arrival | None = None
         """The newest frame so far."""
+        self.held: tuple[float, ...] = ()
+        """25 joint angles that the robot held when the lease was granted, rad; see `ControllerLink.held`."""
         self._next_request = 0.0
         self._ended = threading.Event()
         self._waker, self.wakeup = socket.socketpair()
@@ -105,9 +107,12 @@ class RobotListener:
     def _update_lease(self) -> None:
         if not self.lease_wanted:
             self._give_up_lease()
-        elif not self._link.lease and time.monotonic() >= self._next_request:
+        elif not (self._link.lease and self.held) and time.monotonic() >= self._next_request:
             try:
-                self._link.acquire()
+                if not self._link.lease:
+                    self.held = ()  # of an earlier lease
+                    self._link.acquire()
+                self.held = (self._link.held() or self.newest.frame.position) if self.newest else ()
                 self._wake()
             except LeaseRefused as error:
                 self._next_request = time.monotonic() + _LEASE_INTERVAL

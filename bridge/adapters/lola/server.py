@@ -211,7 +211,7 @@ class LolaServer:
                 last_map = time.monotonic_ns()
                 self._update(maps, newest.frame, robot)
             if maps or repeat or self._unsent:
-                self._command(answered)
+                self._command(answered, robot)
             if timer.due() and time.monotonic_ns() - newest.at < _MAX_FRAME_AGE:
                 self._send(newest.frame, robot)
                 answered = newest.frame.seq
@@ -248,7 +248,7 @@ class LolaServer:
                 self._update(maps, frame, robot)
                 answered = answered or any(key in values for values in maps for key in JOINT_KEYS)
             if answered and not commanded:
-                commanded = self._command(frame.seq)
+                commanded = self._command(frame.seq, robot)
             if not answered and client is not None and time.monotonic() - sent_at > _WARNING_DELAY:
                 client.warn(
                     "waiting", "the robot is in lockstep and waits for a map with `Position` or `Stiffness`."
@@ -309,18 +309,18 @@ class LolaServer:
                 self._link.publish(LedFrame(leds=leds))
             robot.lease_wanted = self._client.setpoints is not None
 
-    def _command(self, answered: int) -> bool:
+    def _command(self, answered: int, robot: RobotListener) -> bool:
         """Send the client's setpoints to the robot; False while the lease is not held.
 
         Args:
             answered: number of the answered frame.
+            robot: its listener, with the lease.
         """
         setpoints = self._client.setpoints if self._client is not None else None
-        self._unsent = setpoints is not None and not self._link.lease
+        self._unsent = setpoints is not None and not (self._link.lease and robot.held)
         if setpoints is None or self._unsent:
             return False
-        self._link.send(
-            ActuatorFrame(reply_to=answered, position=setpoints.position, stiffness=setpoints.stiffness)
-        )
+        position = setpoints.position(robot.held)
+        self._link.send(ActuatorFrame(reply_to=answered, position=position, stiffness=setpoints.stiffness))
         self._served.commands += 1
         return True

@@ -168,21 +168,8 @@ def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool
     return mark
 
 
-class Answers:
-    """Short methods as a table in the body of a class: NAOqi name -> function of the object and its arguments.
-
-    Args:
-        table: `{"ALTouch.getStatus": lambda self: ...}`.
-        partly: omissions and assumptions.
-        kind: as of `offers`.
-    """
-
-    def __init__(self, table: Mapping[str, Callable[..., Any]], partly: str = "", kind: Kind = "read") -> None:
-        self.table, self.partly, self.kind = table, partly, kind
-
-
 class Setting:
-    """A value that programs set and read, a descriptor of its class.
+    """A value that programs set and read, a descriptor of its class that offers both methods.
 
     Args:
         name: of the methods, for example `ALTextToSpeech.Volume` for `setVolume` and `getVolume`.
@@ -207,46 +194,50 @@ class Setting:
         of_part: bool = False,
         also: str = "",
     ) -> None:
-        self.service, _, self.name = name.rpartition(".")
-        self.default, self.kind, self.partly = default, kind, partly
-        self.reader, self.returns, self.of_part, self.also = reader, returns, of_part, also.split()
+        service, _, setting = name.rpartition(".")
+        self._default, warned = default, f"set{setting} was called; it is remembered and has no effect"
+
+        def put(owner: Any, *arguments: Any) -> Any:
+            """Store the last argument; the one before it names the part."""
+            given = arguments[-1]
+            if partly == INERT and given not in (False, None) and self._attribute not in owner.__dict__:
+                logger.warning("%s.%s", service or owner.service, warned)
+                self.__set__(owner, default)
+            parts = self._parts(owner)
+            if not of_part:
+                self.__set__(owner, given)
+            elif arguments[0] in parts or len(parts) < _MAX_PARTS:
+                parts[arguments[0]] = given
+            return returns
+
+        def get(owner: Any, *part: Any) -> Any:
+            return self._parts(owner).get(part[0], default) if part else self.__get__(owner)
+
+        of: dict[str, Any] = {"name": str} if of_part else {}
+        put.__signature__ = _signature(put, of | {"value": kind})  # type: ignore[attr-defined]
+        get.__signature__ = _signature(get, of)  # type: ignore[attr-defined]
+        names = (f"{service}.{method}" for method in (f"set{setting}", *also.split()))
+        self.functions = offers(*names, partly=partly)(put), offers(f"{service}.{reader}{setting}")(get)
 
     def __set_name__(self, _: type, attribute: str) -> None:
-        self.attribute = attribute
+        self._attribute = attribute
+
+    def _parts(self, owner: Any) -> dict[str, Any]:
+        parts: dict[str, Any] = owner.__dict__.setdefault(f"{self._attribute} of parts", {})
+        return parts
 
     def __get__(self, owner: Any, _: Any = None) -> Any:
-        return self if owner is None else owner.__dict__.get(self.attribute, self.default)
+        return self if owner is None else owner.__dict__.get(self._attribute, self._default)
 
     def __set__(self, owner: Any, value: Any) -> None:
-        owner.__dict__[self.attribute] = value
+        owner.__dict__[self._attribute] = value
 
-    def methods(self, owner: Any) -> Iterator[Method]:
-        """The setter and the reader."""
-        parts: dict[str, Any] = owner.__dict__.setdefault(f"{self.attribute} of parts", {})
-        service = self.service or owner.service
 
-        def put(*arguments: Any) -> Any:
-            """Store the last argument; the ones before it name the part."""
-            if (
-                self.partly == INERT
-                and arguments[-1] not in (False, None)
-                and self.attribute not in owner.__dict__
-            ):
-                logger.warning("%s.set%s was called; it is remembered and has no effect", service, self.name)
-                self.__set__(owner, self.default)
-            if not self.of_part:
-                self.__set__(owner, arguments[-1])
-            elif arguments[0] in parts or len(parts) < _MAX_PARTS:
-                parts[arguments[0]] = arguments[-1]
-            return self.returns
-
-        def get(*part: Any) -> Any:
-            return parts.get(part[0], self.default) if part else self.__get__(owner)
-
-        part = {"name": str} if self.of_part else {}
-        for name in (f"set{self.name}", *self.also):
-            yield Method(service, name, put, partly=self.partly, hints=part | {"value": self.kind})
-        yield Method(service, f"{self.reader}{self.name}", get, hints=part)
+def _signature(function: Callable[..., Any], of: Mapping[str, Any]) -> inspect.Signature:
+    """Declare the parameters of a function of an object with `*arguments`; their signature."""
+    function.__annotations__ = dict(of)
+    kind = inspect.Parameter.POSITIONAL_ONLY
+    return inspect.Signature([inspect.Parameter(name, kind) for name in ("owner", *of)])
 
 
 _MAX_PARTS: Final = 1000
@@ -263,16 +254,11 @@ class Method:
     partly: str = ""
     begins_walk: bool = False
     refuses: bool = False
-    hints: Mapping[str, Any] | None = None
-    """Parameters with their types; None: those of `call`."""
 
     @cached_property
     def signature(self) -> inspect.Signature:
         """Its parameters."""
-        if self.hints is None:
-            return inspect.signature(self.call)
-        kind = inspect.Parameter.POSITIONAL_ONLY
-        return inspect.Signature([inspect.Parameter(name, kind) for name in self.hints])
+        return inspect.signature(self.call)
 
     @cached_property
     def _counts(self) -> tuple[int, float]:
@@ -300,8 +286,6 @@ class Method:
     @cached_property
     def types(self) -> Mapping[str, Any]:
         """Annotation of each parameter."""
-        if self.hints is not None:
-            return self.hints
         function = inspect.unwrap(getattr(self.call, "__func__", self.call))
         hints = get_type_hints(function, include_extras=True)
         return {name: hints.get(name, Any) for name in self.signature.parameters}
@@ -352,21 +336,14 @@ def declared(*owners: object) -> dict[str, dict[str, Method]]:
 
 def _methods(owner: Any) -> Iterator[Method]:
     for kind in reversed(type(owner).__mro__):
-        for attribute, value in vars(kind).items():
-            if isinstance(value, Setting):
-                yield from value.methods(owner)
-            elif isinstance(value, Answers):
-                for name, answer in value.table.items():
-                    service, _, method = name.rpartition(".")
-                    bound = types.MethodType(answer, owner)
-                    yield Method(service or owner.service, method, bound, value.kind, value.partly)
-            for offer in getattr(value, "offers", ()) if callable(value) else ():
-                for name in offer.names:
-                    service, _, method = name.rpartition(".")
-                    bound = getattr(owner, attribute)
-                    partly = offer.partly or getattr(owner, "left_out", {}).get(method, "")
-                    declaration = (service or owner.service, method, bound, offer.kind, partly)
-                    yield Method(*declaration, offer.begins_walk)
+        for value in vars(kind).values():
+            for function in getattr(value, "functions", (value,)):
+                for offer in getattr(function, "offers", ()):
+                    bound = types.MethodType(function, owner)
+                    for service, _, method in (name.rpartition(".") for name in offer.names):
+                        partly = offer.partly or getattr(owner, "left_out", {}).get(method, "")
+                        declaration = (service or owner.service, method, bound, offer.kind, partly)
+                        yield Method(*declaration, offer.begins_walk)
 
 
 def as_vendor(words: str) -> str:
@@ -468,16 +445,15 @@ def number(value: Any, label: str, lower: float = -math.inf, upper: float = math
 
 
 def clipped(value: Any, label: str, lower: float, upper: float) -> float:
-    """A finite number, clipped to its limits with a warning where it is a little beyond, as robots do.
+    """A finite number, clipped to its limits with a warning, as robots do: programs give speeds in per cent.
 
     Raises:
-        NaoqiRefused: no number, or beyond a limit by the limit's own size: probably of another unit.
+        NaoqiRefused: no number.
     """
     given = number(value, label)
     limit = max(lower, min(upper, given))
-    if given == limit or abs(given - limit) >= abs(limit):
-        return number(given, label, lower, upper)
-    logger.warning("%s is %g; it is clipped to %g", label, given, limit)
+    if given != limit:
+        logger.warning("%s is %g; it is clipped to %g", label, given, limit)
     return limit
 
 
@@ -487,7 +463,7 @@ def fraction(value: Any, label: str) -> float:
     Raises:
         NaoqiRefused: anything else, or less than `MIN_SPEED_FRACTION`.
     """
-    speed = clipped(value, label, 0.0, 1.0)
+    speed = clipped(value, label, -math.inf, 1.0)
     if speed < MIN_SPEED_FRACTION:
         raise NaoqiRefused(
             f"{label} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "

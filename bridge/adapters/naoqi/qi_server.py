@@ -341,10 +341,16 @@ class QiServer:
     async def _subscribe(
         self, connection: Connection, message: Message, method: str, arguments: list[Any]
     ) -> None:
-        """Subscribe by `(event, module, [message,] method)`, after a check of the module's method."""
+        """Subscribe by `(event, module, [message,] method)`, after a check of the module's method.
+
+        Robots take a name without a module too; public programs give such ones, and read the event's key.
+        """
         try:
             names = arguments[1:2] + arguments[-1:]
-            if len(arguments) in (3, 4) and all(isinstance(name, str) for name in names):
+            named = len(arguments) in (3, 4) and all(isinstance(name, str) for name in names)
+            if named and names[0] not in self._directory.names:
+                logger.warning("%s.%s: no module %.60s is registered", _MEMORY, method, names[0])
+            elif named:
                 module = await self._directory.module(names[0])
                 if names[1] not in module.actions:
                     raise QiError(f"module {names[0]} has no method {names[1]}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
 from bridge.body import Body, body_of
-from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
+from bridge.errors import FrameError, LeaseRefused, LinkError, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
 from bridge.link.client import WalkClient
 from bridge.messages import Info, LedFrame, SensorFrame
@@ -193,6 +194,8 @@ class NaoqiServer:
             feed,
             lambda event: self._call_server is not None and self._call_server.has_signal(event),
         )
+        with contextlib.suppress(LinkError):  # the robot has gone: its next boot is served
+            services.hold(link.held())
         with self._lock:
             self._services = services
             self._commanding = True
@@ -252,9 +255,10 @@ class NaoqiServer:
             NaoHilError: another controller holds the robot, or it is lost.
         """
         self._link.acquire()
+        targets = self._link.held()
         with self._lock:
             if self._services is not None:
-                self._services.hold()
+                self._services.hold(targets)
                 self._services.upper_body.taken.clear()
             self._commanding = True
 

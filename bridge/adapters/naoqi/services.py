@@ -21,7 +21,7 @@ from bridge.adapters.naoqi.core.motion_tasks import MAX_WAIT, AsyncCalls, Motion
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.core.robot_facts import InertSettings, RobotConfig, RobotFacts
+from bridge.adapters.naoqi.core.robot_facts import InertSettings, Preferences, RobotConfig, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
     BUTTON_KEYS,
     QUIET_SERVICES,
@@ -36,16 +36,7 @@ from bridge.adapters.naoqi.core.sensing import (
 from bridge.adapters.naoqi.core.video import VideoDevice
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody
-from bridge.adapters.naoqi.declared import (
-    REFUSED,
-    Answers,
-    Method,
-    Range,
-    as_vendor,
-    declared,
-    offers,
-    refusals,
-)
+from bridge.adapters.naoqi.declared import REFUSED, Method, Range, as_vendor, declared, offers, refusals
 from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
 from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
 from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
@@ -188,9 +179,9 @@ class Services:
         self.motion.end_using("Legs")
         self.upper_body.begin()
 
-    def hold(self) -> None:
-        """Hold the joints in place, except the program's share; the lock is held."""
-        self.joints.hold(self.upper_body.taken)
+    def hold(self, targets: tuple[float, ...] = ()) -> None:
+        """Hold the joints in place, except the program's share, see `Joints.hold`; the lock is held."""
+        self.joints.hold(self.upper_body.taken, targets)
 
     def abandon(self) -> None:
         """Fail calls that wait for a motion of a lost robot; the lock is held."""
@@ -310,6 +301,7 @@ class Services:
             Extractor("ALSensors", self.events, [], BUTTON_KEYS),
             BatteryAndHeat(self.joints),
             RobotFacts(self._config),
+            Preferences(),
             Leds(self.joints, self._others),
             self._speech,
             self._audio,
@@ -363,18 +355,14 @@ class _Module:
     def __init__(self, service: str, services: Services, methods: Mapping[str, Method]) -> None:
         self.service, self._services, self._methods = service, services, methods
 
-    answers = Answers(
-        {
-            ".ping": lambda self: True,
-            ".version": lambda self: self._services._config.naoqi_version,
-            ".getBrokerName": lambda self: "naoqi",
-            ".getMethodList": lambda self: sorted(self._methods),
-            ".getModuleHelp": lambda self: [f"{self.service}, served by nao-hil", []],
-            ".isRunning": lambda self, key: self._services._async_calls.running(key),
-            ".stop": lambda self, key: self._services._async_calls.stop(key),
-        }
-    )
-    exit = Answers({".exit": lambda self: None}, partly="the module stays")
+    _ping = offers(".ping")(lambda self: True)
+    _version = offers(".version")(lambda self: self._services._config.naoqi_version)
+    _get_broker_name = offers(".getBrokerName")(lambda self: "naoqi")
+    _get_method_list = offers(".getMethodList")(lambda self: sorted(self._methods))
+    _get_module_help = offers(".getModuleHelp")(lambda self: [f"{self.service}, served by nao-hil", []])
+    _is_running = offers(".isRunning")(lambda self, key: self._services._async_calls.running(key))
+    _stop = offers(".stop")(lambda self, key: self._services._async_calls.stop(key))
+    _exit = offers(".exit", partly="the module stays")(lambda self: None)
 
     @offers(".pCall", kind="walk")
     def _post(self, method: Any = None, *arguments: Any) -> int:

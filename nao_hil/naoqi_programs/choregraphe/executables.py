@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_hil.naoqi_programs.choregraphe.project import parsed
-from nao_hil.naoqi_programs.runner import command
+from nao_hil.naoqi_programs.loading import command
 from nao_hil.naoqi_programs.source import program_code
 
 

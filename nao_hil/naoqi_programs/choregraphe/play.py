@@ -11,14 +11,16 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from bridge.adapters.naoqi.robot_files import ROBOT_HOME
 from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
-from nao_hil.naoqi_programs.runner import load_modules
+from nao_hil.naoqi_programs.loading import load_modules
+
+IDLE: Final = 10.0
 
 
 def project_of(file: Path) -> Path:
@@ -120,6 +122,21 @@ class _Post:
         return call
 
 
+def make_player(session: Any, folder: Path, idle: float = IDLE, own: dict[str, Any] | None = None) -> Player:
+    """A player of behaviours, the first one in `folder`.
+
+    Args:
+        session: qi's.
+        folder: of the behaviour or the program.
+        idle: time without anything running after which a behaviour ends, s.
+        own: services that the player has in the robot's place, by name; `ALFrameManager` is added.
+    """
+    own = {} if own is None else own
+    own["ALFrameManager"] = FrameManager(idle)
+    names, register = script_globals(own), import_module("naoqi").register
+    return Player(session.service, names, OwnSession(session, own), folder, register)
+
+
 def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and list omitted steps."""
     import qi  # late: `BehaviorManager` needs none
@@ -132,10 +149,8 @@ def play(file: Path, report: Path, idle: float) -> None:
     folder, project = file.resolve().parent, project_of(file)
     sys.path[0:0] = [str(folder), str(folder.parent)]
     load_modules(old=True)
-    own: dict[str, Any] = {"ALFrameManager": FrameManager()}
-    names = script_globals(own)
-    scripts_session = OwnSession(session, own)
-    player = Player(session.service, names, scripts_session, folder, import_module("naoqi").register)
+    own: dict[str, Any] = {}
+    player = make_player(session, folder, idle, own)
     run_later = qi.runAsync
     qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
     own["ALBehaviorManager"] = BehaviorManager(player, project, idle)

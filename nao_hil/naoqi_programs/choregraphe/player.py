@@ -51,7 +51,8 @@ class Player:
     ) -> None:
         self.services, self._names, self.session, self.folder = services, names, session, folder
         self._register = register
-        self.number = names["ALFrameManager"].add(folder)
+        self.frames = names["ALFrameManager"]
+        self.number: int = self.frames.add(self)
         """The behaviour's, `behaviorId` in its scripts."""
         self.could_not: list[str] = []
         """Omitted steps, one sentence each."""
@@ -129,6 +130,10 @@ class Player:
     def play_to_end(self, box: Box, idle: float) -> None:
         """Play, until the box is left or nothing has run for a time, s; boxes that wait are noted."""
         self.play(box)
+        self.wait(idle)
+
+    def wait(self, idle: float) -> None:
+        """Wait for the end, as `play_to_end`."""
         while not self.ended.wait(0.1) and self.idle < idle:
             pass
         if not self.ended.is_set():
@@ -206,11 +211,7 @@ class RunningBox:
     """
 
     def __init__(
-        self,
-        player: Player,
-        box: Box,
-        emit: Callable[[str, Any], None],
-        parent: RunningBox | None = None,
+        self, player: Player, box: Box, emit: Callable[[str, Any], None], parent: RunningBox | None = None
     ) -> None:
         self.player, self.box, self._emit, self.parent = player, box, emit, parent
         self.module_name = box.name

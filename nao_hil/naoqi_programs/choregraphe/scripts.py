@@ -9,7 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from nao_hil.naoqi_programs.choregraphe.project import Box
+from bridge.errors import NaoHilError
+from nao_hil.naoqi_programs.choregraphe.project import Box, read_behaviour
 from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
 
 _GLOBAL_PROXIES: Final = ("ALMemory", "ALMotion", "ALLeds", "ALLogger", "ALSensors")
@@ -75,24 +76,76 @@ class OwnSession:
 
 
 class FrameManager:
-    """`ALFrameManager` of the behaviours that are played."""
+    """`ALFrameManager`: the behaviours that are played, by their numbers.
 
-    def __init__(self) -> None:
-        self._folders: list[Path] = []
+    Args:
+        idle: time without anything running after which a behaviour ends, s.
+    """
 
-    def add(self, folder: Path) -> int:
-        """Number of one more behaviour by its folder."""
-        self._folders.append(folder.resolve())
-        return len(self._folders) - 1
+    def __init__(self, idle: float) -> None:
+        self._idle = idle
+        self._players: list[Any] = []
+        self._boxes: dict[int, Box] = {}
+        """Of behaviours from files, their outermost ones."""
+
+    def add(self, player: Any) -> int:
+        """Number of one more behaviour by its player."""
+        self._players.append(player)
+        return len(self._players) - 1
+
+    def _of(self, number: Any) -> Any:
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(self._players):
+            raise RuntimeError(
+                f"ALFrameManager: {number!r:.40} is no behaviour; newBehaviorFromFile returns its number."
+            )
+        return self._players[number]
 
     def getBehaviorPath(self, number: int = 0) -> str:
         """Folder of a behaviour, with a slash at its end."""
-        return f"{self._folders[number]}/"
+        return f"{self._of(number).folder.resolve()}/"
+
+    def newBehaviorFromFile(self, file: str, *_: Any) -> int:
+        """Read the behaviour of a .xar file; its number."""
+        path = Path(file)
+        try:
+            box = read_behaviour(path)
+        except NaoHilError as error:
+            raise RuntimeError(f"ALFrameManager.newBehaviorFromFile: {error}") from None
+        number: int = self._players[0].beside(path.parent).number
+        self._boxes[number] = box
+        return number
+
+    def playBehavior(self, number: int) -> None:
+        """Begin a behaviour."""
+        player = self._of(number)
+        if number in self._boxes:
+            player.play(self._boxes.pop(number))
+
+    def completeBehavior(self, number: int) -> None:
+        """Begin a behaviour, unless it has begun, and wait for its end."""
+        self.playBehavior(number)
+        self._of(number).wait(self._idle)
+
+    def exitBehavior(self, number: int) -> None:
+        """End a behaviour."""
+        self._of(number).close()
+
+    deleteBehavior = exitBehavior
+
+    def cleanBehaviors(self) -> None:
+        """End all behaviours from files."""
+        for player in self._players[1:]:
+            player.close()
+
+    def getMethodList(self) -> list[str]:
+        """As of every service."""
+        return sorted(name for name in dir(type(self)) if name[0] != "_" and name != "add")
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise RuntimeError(f"ALFrameManager.{name} is not offered: getBehaviorPath is.")
+        offered = ", ".join(self.getMethodList())
+        raise RuntimeError(f"ALFrameManager.{name} is not offered: {offered} are.")
 
 
 def generated_class(running: ScriptedBox) -> type:

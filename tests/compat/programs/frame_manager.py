@@ -1,4 +1,4 @@
-"""A script of a box in a program of its own: files are beside it."""
+"""A script of a box in a program of its own: files are beside it, and behaviours are played."""
 
 import os
 
@@ -7,7 +7,15 @@ from naoqi import ALProxy
 frames = ALProxy("ALFrameManager", "nao.local", 9559)
 folder = frames.getBehaviorPath(0)
 print(os.path.basename(os.path.dirname(folder)), os.path.isfile(folder + "photos.py"))
-try:
-    frames.playFrames()
-except RuntimeError as error:
-    print(str(error).partition(";")[0])
+number = frames.newBehaviorFromFile(folder + "../choregraphe/beep/behavior.xar", "root")
+frames.playBehavior(number)
+frames.completeBehavior(number)
+for attempt in (
+    frames.playFrames,
+    lambda: frames.newBehaviorFromFile("/no.xar", ""),
+    lambda: frames.exitBehavior(9),
+):
+    try:
+        attempt()
+    except RuntimeError as error:
+        print(str(error)[:48])

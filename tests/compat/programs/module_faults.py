@@ -26,6 +26,7 @@ for subscribe, module, method in [
 ]:
     try:
         subscribe("MyEvent", module, method)
+        print(module, "is taken")
     except RuntimeError as error:
         print(error)
 memory.subscribeToEvent("MyEvent", "ALTextToSpeech", "say")

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Annotated, Final
 
 from bridge.adapters.naoqi.core.joint_motion import smooth
 from bridge.adapters.naoqi.core.joints import Joints, actuator
 from bridge.adapters.naoqi.core.postures import Postures
-from bridge.adapters.naoqi.declared import Answers, Pairs, number, offers
+from bridge.adapters.naoqi.declared import OneOf, Pairs, number, offers
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -37,6 +37,7 @@ _INHALED: Final[Mapping[str, Mapping[str, float]]] = {
 assumed); twice as much at amplitude 1 (assumed). Torso and soles stay level."""
 _MOVED_TOLERANCE: Final = 1e-3
 """rad from the last angle sent, beyond which the program has moved a joint."""
+Chain = Annotated[str, OneOf("chain", PARTS)]
 
 
 class Breathing:
@@ -98,8 +99,8 @@ class Breathing:
         self._ends[part] = self._joints.now + round(1000.0 * seconds)
 
     @offers("ALMotion.setBreathEnabled", partly="how far each joint moves is assumed")
-    def _enable(self, chain: Any, enabled: bool) -> None:
-        for part in _parts(chain, "setBreathEnabled"):
+    def _enable(self, chain: Chain, enabled: bool) -> None:
+        for part in PARTS[chain]:
             if enabled:
                 self._enabled.add(part)
             elif part in self._enabled:
@@ -120,15 +121,9 @@ class Breathing:
         self._bpm, self._amplitude = bpm, min(amplitude, (MAX_BPM - bpm) / (MAX_BPM - MIN_BPM))
 
     @offers("ALMotion.getBreathEnabled")
-    def _get_breath_enabled(self, chain: Any) -> Any:
-        return self._enabled >= set(_parts(chain, "getBreathEnabled"))
+    def _get_breath_enabled(self, chain: Chain) -> bool:
+        return self._enabled >= set(PARTS[chain])
 
-    answers = Answers(
-        {"ALMotion.getBreathConfig": lambda self: [["Bpm", self._bpm], ["Amplitude", self._amplitude]]}
+    _get_breath_config = offers("ALMotion.getBreathConfig")(
+        lambda self: [["Bpm", self._bpm], ["Amplitude", self._amplitude]]
     )
-
-
-def _parts(chain: Any, method: str) -> tuple[str, ...]:
-    if not isinstance(chain, str) or chain not in PARTS:
-        raise NaoqiRefused(f"ALMotion.{method}: {unknown_name('chain', str(chain), PARTS)}.")
-    return PARTS[chain]

@@ -19,7 +19,6 @@ from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, Run
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.sensor_keys import TOUCH_KEYS
 from bridge.adapters.naoqi.declared import (
-    Answers,
     Fraction,
     clipped,
     fraction,
@@ -277,10 +276,8 @@ class JointMotion:
         kind="joints",
         partly="the handles between the points are not followed",
     )
-    def _bezier(self, names: Any, times: Any, control_points: Any) -> Future[Any]:
+    def _bezier(self, names: Any, times: Any, control_points: list[list[Any]]) -> Future[Any]:
         """Move through the control points' angles at their times, without their handles."""
-        if not isinstance(control_points, list) or not all(isinstance(row, list) for row in control_points):
-            raise NaoqiRefused("ALMotion.angleInterpolationBezier: controlPoints must be a list of lists.")
         angles = [[p[0] if isinstance(p, list) and p else p for p in row] for row in control_points]
         return self.angle_interpolation(names, angles, times, True)
 
@@ -292,13 +289,11 @@ class JointMotion:
     def _close_hand(self, name: Any) -> Any:
         return self.move_hand(name, 0.0)
 
-    answers = Answers(
-        {
-            "ALMotion.getSensorNames": lambda self: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS],
-            "ALMotion.getRobotConfig": lambda self: self._config.table(),
-            "ALMotion.getMotionCycleTime": lambda self: CYCLE,
-        }
+    _get_sensor_names = offers("ALMotion.getSensorNames")(
+        lambda self: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS]
     )
+    _get_robot_config = offers("ALMotion.getRobotConfig")(lambda self: self._config.table())
+    _get_motion_cycle_time = offers("ALMotion.getMotionCycleTime")(lambda self: CYCLE)
 
 
 def _left_hip_last(rows: Iterable[tuple[str, A, B]]) -> list[tuple[str, A, B]]:

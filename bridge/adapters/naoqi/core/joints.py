@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.declared import Answers, flag, offers
+from bridge.adapters.naoqi.declared import OneOf, Range, offers
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import HANDS, absent_joints, joint_no_load_speed, joint_nominal_torque, limits
@@ -121,14 +121,18 @@ class Joints:
         self._wanted = self._shielded = self._before = frame.position
         self.hold()
 
-    def hold(self, without: Iterable[str] = ()) -> None:
-        """Hold the joints at their measured angles and stiffnesses from the next cycle on.
+    def hold(self, without: Iterable[str] = (), targets: Positions = ()) -> None:
+        """Hold the joints at their angles and stiffnesses from the next cycle on.
 
         Args:
             without: joints whose commands stay in force.
+            targets: angles commanded last, rad, of which stiff joints keep theirs, since the measured ones sag;
+                empty: all hold the measured angles.
         """
-        self.dcm.put_frame(self.frame.position, self.frame.stiffness, {slot(joint) for joint in without})
-        self._before = self.frame.position
+        now = zip(targets or self.frame.position, self.frame.position, self.frame.stiffness, strict=True)
+        position = tuple(target if stiffness > 0.0 else angle for target, angle, stiffness in now)
+        self.dcm.put_frame(position, self.frame.stiffness, {slot(joint) for joint in without})
+        self._before = position
 
     def cycle(self, frame: SensorFrame) -> None:
         """Take a new frame: advance the DCM to it, over missed frames too."""
@@ -257,15 +261,11 @@ class DcmService:
         self._joints.guarded.difference_update(moved_joints(self._dcm, command))
 
     @offers("DCM.getTime")
-    def _get_time(self, offset: Any) -> int:
+    def _get_time(self, offset: Annotated[int, Range(-1e12, 1e12, "ms")]) -> int:
         """Reading of the DCM's clock plus an offset, ms."""
-        if isinstance(offset, bool) or not isinstance(offset, int):
-            raise NaoqiRefused(
-                f"DCM.getTime: {offset!r:.40} was given; an offset in ms, an integer, is expected."
-            )
         return self._dcm.clock.shown(offset)
 
-    answers = Answers({"DCM.getPrefix": lambda self: self._dcm.prefixes()})
+    _get_prefix = offers("DCM.getPrefix")(lambda self: self._dcm.prefixes())
 
 
 def moved_joints(dcm: Dcm, command: Any) -> list[str]:
@@ -332,18 +332,16 @@ class UpperBodyShare:
         )
 
     @offers("ALMotion.setMoveArmsEnabled", "ALMotion.setWalkArmsEnabled")
-    def _set_move_arms_enabled(self, left: Any, right: Any) -> Any:
-        for side, value in zip(_SIDES, (left, right), strict=True):
-            self._swings[side] = flag(value, f"ALMotion.setMoveArmsEnabled: {side}")
+    def _set_move_arms_enabled(self, left: bool, right: bool) -> None:
+        self._swings = dict(zip(_SIDES, (left, right), strict=True))
+        for side in _SIDES:
             if not self._swings[side]:
                 self.taken |= set(self._joints.names.resolve(side))
 
     @offers("ALMotion.getMoveArmsEnabled")
-    def _get_move_arms_enabled(self, arm: Any = "Arms") -> Any:
-        if arm == "Arms":
-            return all(self._swings.values())
-        if arm not in _SIDES:
-            raise NaoqiRefused(f"ALMotion.getMoveArmsEnabled: {unknown_name('chain', str(arm), _SIDES)}.")
-        return self._swings[arm]
+    def _get_move_arms_enabled(self, arm: Annotated[str, OneOf("chain", ("Arms", *_SIDES))] = "Arms") -> bool:
+        return all(self._swings.values()) if arm == "Arms" else self._swings[arm]
 
-    answers = Answers({"ALMotion.getWalkArmsEnabled": lambda self: [self._swings[side] for side in _SIDES]})
+    _get_walk_arms_enabled = offers("ALMotion.getWalkArmsEnabled")(
+        lambda self: [self._swings[side] for side in _SIDES]
+    )

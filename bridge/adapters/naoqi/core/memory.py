@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.sensor_keys import getters
-from bridge.adapters.naoqi.declared import Answers, offers, text
+from bridge.adapters.naoqi.declared import Pairs, offers, text
 from bridge.body import Body
 from bridge.dcm import Dcm
 from bridge.dcm.actuators import short
@@ -115,16 +115,8 @@ class Memory:
         self.put(key, value)
 
     @offers("ALMemory.insertListData")
-    def insert_list(self, pairs: Any) -> None:
-        """Store several: `[[key, value], ...]`.
-
-        Raises:
-            NaoqiRefused: not such a list; nothing is stored then.
-        """
-        if not isinstance(pairs, list) or not all(isinstance(p, list) and len(p) == 2 for p in pairs):
-            raise NaoqiRefused(
-                f"ALMemory.insertListData: {pairs!r:.60} was given; [[key, value], ...] is expected."
-            )
+    def insert_list(self, pairs: Pairs) -> None:
+        """Store several: `[[key, value], ...]`."""
         for key, value in pairs:
             self.insert(key, value)
 
@@ -329,10 +321,8 @@ class Events:
         """`[[value, [s, us]], ...]` of the last values of an event, oldest first."""
         return list(self._history.get(name, ()))
 
-    answers = Answers(
-        {
-            "ALMemory.getEventList": lambda self: sorted(self._declared),
-            "ALMemory.getMicroEventList": lambda self: sorted(self._micro),
-            "ALMemory.declareEvent": lambda self, name, extractor="": self.declare(name, extractor),
-        }
+    _get_event_list = offers("ALMemory.getEventList")(lambda self: sorted(self._declared))
+    _get_micro_event_list = offers("ALMemory.getMicroEventList")(lambda self: sorted(self._micro))
+    _declare_event = offers("ALMemory.declareEvent")(
+        lambda self, name, extractor="": self.declare(name, extractor)
     )

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints, slot
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import Answers, Fraction, offers, text
+from bridge.adapters.naoqi.declared import Fraction, offers, text
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import HANDS
@@ -289,10 +289,6 @@ class Postures:
     def _set_max_try_number(self, _number: Any) -> Any:
         return None
 
-    answers = Answers(
-        {
-            "ALMotion.robotIsWakeUp": lambda self: self.awake,
-            "ALRobotPosture.getPostureList": lambda self: sorted(POSTURES),
-            "ALRobotPosture.getPostureFamilyList": lambda self: list(_FAMILY_NAMES),
-        }
-    )
+    _robot_is_wake_up = offers("ALMotion.robotIsWakeUp")(lambda self: self.awake)
+    _get_posture_list = offers("ALRobotPosture.getPostureList")(lambda self: sorted(POSTURES))
+    _get_posture_family_list = offers("ALRobotPosture.getPostureFamilyList")(lambda self: list(_FAMILY_NAMES))

@@ -6,7 +6,7 @@ Sources: vendor's pages on motion configuration, the fall manager and self-colli
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from bridge.adapters.naoqi.core.frames import LinkFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
 from bridge.adapters.naoqi.core.sensing import CONTACT_FORCE
-from bridge.adapters.naoqi.declared import Pairs, Setting, flag, offers, text
+from bridge.adapters.naoqi.declared import OneOf, Pairs, Setting, flag, offers, text
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.guard.config import FallSettings
@@ -126,6 +126,7 @@ class FallManager:
 
 
 ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}
+Chain = Annotated[str, OneOf("chain", ARMS)]
 ARM_MARGIN: Final = 0.001
 """Least distance of an arm from the body, m (assumed; that of the vendor's posture LyingBack)."""
 NEAR_DISTANCE: Final = 0.02
@@ -246,15 +247,15 @@ class ArmProtection:
         "ALMotion.setCollisionProtectionEnabled",
         partly="forearm and hand, of joint methods; a limp arm stays limp",
     )
-    def _enable(self, chain: Any, enabled: bool) -> bool:
+    def _enable(self, chain: Chain, enabled: bool) -> bool:
         change = self._enabled.update if enabled else self._enabled.difference_update
-        change(_arms(chain, "setCollisionProtectionEnabled"))
+        change(ARMS[chain])
         return True
 
     @offers("ALMotion.isCollision", partly="forearm and hand")
-    def _state(self, chain: Any) -> str:
+    def _state(self, chain: Chain) -> str:
         """State by the commands: an arm sent into the body touches it."""
-        arms = _arms(chain, "isCollision")
+        arms = ARMS[chain]
         position = list(self._joints.frame.position)
         for joint in self._joints.names.resolve(list(arms)):
             position[slot(joint)] = self._joints.commanded(joint)
@@ -262,11 +263,5 @@ class ArmProtection:
         return "collision" if least <= 0.0 else "near" if least < NEAR_DISTANCE else "none"
 
     @offers("ALMotion.getCollisionProtectionEnabled")
-    def _get_collision_protection_enabled(self, chain: Any) -> Any:
-        return self._enabled >= set(_arms(chain, "getCollisionProtectionEnabled"))
-
-
-def _arms(chain: Any, method: str) -> tuple[str, ...]:
-    if not isinstance(chain, str) or chain not in ARMS:
-        raise NaoqiRefused(f"ALMotion.{method}: {unknown_name('chain', str(chain), ARMS)}.")
-    return ARMS[chain]
+    def _get_collision_protection_enabled(self, chain: Chain) -> bool:
+        return self._enabled >= set(ARMS[chain])

@@ -11,10 +11,11 @@ import shutil
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.declared import INERT, Answers, Setting, offers
+from bridge.adapters.naoqi.declared import INERT, Setting, offers
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 
@@ -122,30 +123,25 @@ class RobotFacts:
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
 
-    answers = Answers(
-        {
-            "ALSystem.systemVersion": lambda self: self._config.naoqi_version,
-            "ALSystem.robotName": lambda self: self._config.name,
-            "ALSystem.totalMemory": lambda self: MEMORY_KILOBYTES,
-            "ALSystem.freeMemory": lambda self: min(MEMORY_KILOBYTES, _free_kilobytes()),
-            "ALSystem.timezone": lambda self: time.tzname[0],
-            "ALRobotModel.getRobotType": lambda self: "Nao",
-            "ALRobotModel.hasLegs": lambda self: True,
-            "ALRobotModel.hasArms": lambda self: True,
-            "ALRobotModel.hasHands": lambda self: self._config.hands,
-            "ALRobotModel.getConfigMap": lambda self: _preferences(self._config),
-            "ALRobotModel._getConfigMap": lambda self: _preferences(self._config),
-            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES_VERSION),
-            "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
-            "ALConnectionManager.state": lambda self: "ready",
-            "ALConnectionManager.technologies": lambda self: ["ethernet"],
-            "ALSystem.diskFree": lambda self, every: [["rootfs", "/", *_disk()]],
-        }
+    _system_version = offers("ALSystem.systemVersion")(lambda self: self._config.naoqi_version)
+    _robot_name = offers("ALSystem.robotName")(lambda self: self._config.name)
+    _total_memory = offers("ALSystem.totalMemory")(lambda self: MEMORY_KILOBYTES)
+    _free_memory = offers("ALSystem.freeMemory")(lambda self: min(MEMORY_KILOBYTES, _free_kilobytes()))
+    _timezone = offers("ALSystem.timezone")(lambda self: time.tzname[0])
+    _get_robot_type = offers("ALRobotModel.getRobotType")(lambda self: "Nao")
+    _has_legs = offers("ALRobotModel.hasLegs", "ALRobotModel.hasArms")(lambda self: True)
+    _has_hands = offers("ALRobotModel.hasHands")(lambda self: self._config.hands)
+    _get_config_map = offers("ALRobotModel.getConfigMap", "ALRobotModel._getConfigMap")(
+        lambda self: _preferences(self._config)
     )
-    network = Answers(
-        {"ALConnectionManager.services": lambda self: [_WIRED]},
-        partly="one wired service, in place of this machine's network",
-    )
+    _get_microphone_config = offers("ALRobotModel._getMicrophoneConfig")(lambda self: int(MICROPHONES_VERSION))
+    _get_config = offers("ALRobotModel.getConfig")(lambda self: _xml(_preferences(self._config)))
+    _state = offers("ALConnectionManager.state")(lambda self: "ready")
+    _technologies = offers("ALConnectionManager.technologies")(lambda self: ["ethernet"])
+    _disk_free = offers("ALSystem.diskFree")(lambda self, every: [["rootfs", "/", *_disk()]])
+    _services = offers(
+        "ALConnectionManager.services", partly="one wired service, in place of this machine's network"
+    )(lambda self: [_WIRED])
 
     @offers("ALConnectionManager.scan", partly="nothing is looked for")
     def _scan(self, technology: str = "") -> None:
@@ -200,59 +196,83 @@ def _xml(preferences: Mapping[str, str]) -> str:
     return "\n".join([head, *lines, "</ModulePreference>"])
 
 
-_GET_READERS: Final = ("ALMotion", "ALAutonomousMoves")
-"""Services with readers `get...` of their switches; others have `is...`."""
-_OF_A_PART: Final = (
-    *("IdlePostureEnabled", "ExternalCollisionProtectionEnabled", "SafeguardEnabled"),
-    *("Parameter",),
-)
-"""Settings of a chain, protection or name, which is the first argument."""
-_SETTINGS: Final[dict[str, Any]] = {
-    "ALMotion.IdlePostureEnabled": False,
-    "ALMotion.SmartStiffnessEnabled": True,
-    "ALMotion.PushRecoveryEnabled": True,
-    "ALMotion.DiagnosisEffectEnabled": True,
-    "ALMotion.ExternalCollisionProtectionEnabled": True,
-    "ALMotion.OrthogonalSecurityDistance": 0.4,
-    "ALMotion.TangentialSecurityDistance": 0.1,
-    "ALAutonomousLife.SafeguardEnabled": True,
-    "ALAutonomousBlinking.Enabled": False,
-    "ALBackgroundMovement.Enabled": False,
-    "ALListeningMovement.Enabled": False,
-    "ALSpeakingMovement.Enabled": False,
-    "ALSpeakingMovement.Mode": "contextual",
-    "ALAutonomousMoves.ExpressiveListeningEnabled": False,
-    "ALAutonomousMoves.BackgroundStrategy": "none",
-    "ALDarknessDetection.DarknessThreshold": 40,
-    "ALMovementDetection.ColorSensitivity": 0.8,
-    "ALMovementDetection.DepthSensitivity": 0.03,
-    "ALNavigation.SecurityDistance": 0.4,
-    "ALPeoplePerception.FaceDetectionEnabled": True,
-    "ALPeoplePerception.FastModeEnabled": False,
-    "ALPeoplePerception.MaximumDetectionRange": 3.5,
-    "ALPeoplePerception.MovementDetectionEnabled": True,
-    "ALPeoplePerception.TimeBeforePersonDisappears": 6.0,
-    "ALSoundDetection.Parameter": None,
-    "ALSoundLocalization.Parameter": None,
-}
-"""Setting -> its initial value, which has the setting's type. Reflexes are on at the start (confirmed:
-check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm); others are assumed except for ALNavigation."""
+_MAX_PREFERENCES: Final = 10_000
 
 
-def _setting(name: str, default: Any) -> Setting:
-    service, _, setting = name.partition(".")
-    kind = {bool: bool, int: float, float: float, str: str}.get(type(default), Any)
-    reader = "is" if kind is bool and service not in _GET_READERS else "get"
-    part = setting in _OF_A_PART
-    return Setting(name, default, kind, INERT, reader=reader, returns=True, of_part=part)
+class Preferences:
+    """`ALPreferenceManager`: values of programs by domain and name, for the time of the server."""
+
+    service = "ALPreferenceManager"
+
+    def __init__(self) -> None:
+        self._values: dict[str, dict[str, Any]] = {}
+
+    @offers(".setValue", partly="kept for the time of the server")
+    def _set(self, domain: str, setting: str, value: Any) -> None:
+        if sum(map(len, self._values.values())) >= _MAX_PREFERENCES:
+            raise NaoqiRefused(f"ALPreferenceManager.setValue: {_MAX_PREFERENCES} values are kept already.")
+        self._values.setdefault(domain, {})[setting] = value
+
+    @offers(".getValue")
+    def _get(self, domain: str, setting: str) -> Any:
+        """The value; None: there is none."""
+        return self._values.get(domain, {}).get(setting)
+
+    @offers(".removeValue")
+    def _remove(self, domain: str, setting: str) -> None:
+        self._values.get(domain, {}).pop(setting, None)
+
+    @offers(".getValueList")
+    def _list(self, domain: str) -> list[list[Any]]:
+        return [[setting, value] for setting, value in self._values.get(domain, {}).items()]
+
+    @offers(".removeDomainValues")
+    def _remove_all(self, domain: str) -> None:
+        self._values.pop(domain, None)
+
+    _domains = offers(".getDomainList")(lambda self: list(self._values))
+    _update = offers(".update", partly="without effect: there is no cloud")(lambda self: None)
 
 
-class _Others:
+_inert = partial(Setting, partly=INERT, returns=True)
+
+
+class InertSettings:
+    """Settings without effect here.
+
+    Reflexes are on at the start (confirmed: check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm); other
+    initial values are assumed except for ALNavigation.
+    """
+
+    idle_posture_enabled = _inert("ALMotion.IdlePostureEnabled", False, bool, of_part=True)
+    smart_stiffness_enabled = _inert("ALMotion.SmartStiffnessEnabled", True, bool)
+    push_recovery_enabled = _inert("ALMotion.PushRecoveryEnabled", True, bool)
+    diagnosis_effect_enabled = _inert("ALMotion.DiagnosisEffectEnabled", True, bool)
+    external_collision_protection_enabled = _inert(
+        "ALMotion.ExternalCollisionProtectionEnabled", True, bool, of_part=True
+    )
+    orthogonal_security_distance = _inert("ALMotion.OrthogonalSecurityDistance", 0.4, float)
+    tangential_security_distance = _inert("ALMotion.TangentialSecurityDistance", 0.1, float)
+    safeguard_enabled = _inert("ALAutonomousLife.SafeguardEnabled", True, bool, reader="is", of_part=True)
+    enabled = _inert("ALAutonomousBlinking.Enabled", False, bool, reader="is")
+    background_movement_enabled = _inert("ALBackgroundMovement.Enabled", False, bool, reader="is")
+    listening_movement_enabled = _inert("ALListeningMovement.Enabled", False, bool, reader="is")
+    speaking_movement_enabled = _inert("ALSpeakingMovement.Enabled", False, bool, reader="is")
+    mode = _inert("ALSpeakingMovement.Mode", "contextual", str)
+    expressive_listening_enabled = _inert("ALAutonomousMoves.ExpressiveListeningEnabled", False, bool)
+    background_strategy = _inert("ALAutonomousMoves.BackgroundStrategy", "none", str)
+    darkness_threshold = _inert("ALDarknessDetection.DarknessThreshold", 40, float)
+    color_sensitivity = _inert("ALMovementDetection.ColorSensitivity", 0.8, float)
+    depth_sensitivity = _inert("ALMovementDetection.DepthSensitivity", 0.03, float)
+    security_distance = _inert("ALNavigation.SecurityDistance", 0.4, float)
+    face_detection_enabled = _inert("ALPeoplePerception.FaceDetectionEnabled", True, bool, reader="is")
+    fast_mode_enabled = _inert("ALPeoplePerception.FastModeEnabled", False, bool, reader="is")
+    maximum_detection_range = _inert("ALPeoplePerception.MaximumDetectionRange", 3.5, float)
+    movement_detection_enabled = _inert("ALPeoplePerception.MovementDetectionEnabled", True, bool, reader="is")
+    time_before_person_disappears = _inert("ALPeoplePerception.TimeBeforePersonDisappears", 6.0, float)
+    parameter = _inert("ALSoundDetection.Parameter", None, Any, of_part=True)
+    sound_localization_parameter = _inert("ALSoundLocalization.Parameter", None, Any, of_part=True)
+
     @offers("ALPeoplePerception.resetPopulation")
     def _reset(self) -> None:
         """Without effect: there are no people."""
-
-
-InertSettings = type(
-    "InertSettings", (_Others,), {name.replace(".", "_"): _setting(name, of) for name, of in _SETTINGS.items()}
-)

@@ -15,7 +15,7 @@ from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
-from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers
+from bridge.adapters.naoqi.declared import INERT, Range, number, offers
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.fall import has_fallen, tilt
 from bridge.body.joints import JOINTS
@@ -284,18 +284,16 @@ class Extractor:
     def _get_my_precision(self, name: str) -> Any:
         return self._subscribers.get(name, (0, 0.0))[1]
 
-    answers = Answers(
-        {
-            ".getCurrentPeriod": lambda self: self.period,
-            ".getCurrentPrecision": lambda self: max(
-                (fine for _, fine in self._subscribers.values()), default=1.0
-            ),
-            ".getSubscribersInfo": lambda self: [[name, *values] for name, values in self._subscribers.items()],
-            ".getOutputNames": lambda self: [*self._raised, *self._keys],
-            ".getEventList": lambda self: list(self._raised),
-            ".getMemoryKeyList": lambda self: list(self._keys),
-        }
+    _get_current_period = offers(".getCurrentPeriod")(lambda self: self.period)
+    _get_current_precision = offers(".getCurrentPrecision")(
+        lambda self: max((fine for _, fine in self._subscribers.values()), default=1.0)
     )
+    _get_subscribers_info = offers(".getSubscribersInfo")(
+        lambda self: [[name, *values] for name, values in self._subscribers.items()]
+    )
+    _get_output_names = offers(".getOutputNames")(lambda self: [*self._raised, *self._keys])
+    _get_event_list = offers(".getEventList")(lambda self: list(self._raised))
+    _get_memory_key_list = offers(".getMemoryKeyList")(lambda self: list(self._keys))
 
 
 class VisionExtractor(Extractor):
@@ -352,15 +350,11 @@ class VisionExtractor(Extractor):
     def _set_parameter(self, name: str, value: Any) -> Any:
         return name and None
 
-    answers = Answers(
-        {
-            ".getActiveCamera": lambda self: self.camera,
-            ".isPaused": lambda self: self._paused,
-            ".isProcessing": lambda self: self.processing,
-            ".getFrameRate": lambda self: self._settings["FrameRate"],
-            ".getResolution": lambda self: self._settings["Resolution"],
-        }
-    )
+    _get_active_camera = offers(".getActiveCamera")(lambda self: self.camera)
+    _is_paused = offers(".isPaused")(lambda self: self._paused)
+    _is_processing = offers(".isProcessing")(lambda self: self.processing)
+    _get_frame_rate = offers(".getFrameRate")(lambda self: self._settings["FrameRate"])
+    _get_resolution = offers(".getResolution")(lambda self: self._settings["Resolution"])
 
 
 SONAR_NEAR: Final = 0.5
@@ -396,7 +390,7 @@ class Sonar:
                 self._near[i] = near
                 self._events.raise_event(f"Sonar{side}{'' if near else 'Nothing'}Detected", distance)
 
-    answers = Answers({"ALSonar.getFilteredValues": lambda self: list(self._joints.frame.sonar)})
+    _get_filtered_values = offers("ALSonar.getFilteredValues")(lambda self: list(self._joints.frame.sonar))
 
 
 class Touch(Extractor):
@@ -411,11 +405,9 @@ class Touch(Extractor):
         super().__init__("ALTouch", events, ["TouchChanged"], BUTTON_KEYS)
         self._joints = joints
 
-    buttons = Answers(
-        {
-            "ALTouch.getStatus": lambda self: touch_status(self._joints.frame),
-            "ALTouch.getSensorList": lambda self: [name for name, _ in touch_status(self._joints.frame)],
-        }
+    _get_status = offers("ALTouch.getStatus")(lambda self: touch_status(self._joints.frame))
+    _get_sensor_list = offers("ALTouch.getSensorList")(
+        lambda self: [name for name, _ in touch_status(self._joints.frame)]
     )
 
 
@@ -432,12 +424,14 @@ class BatteryAndHeat:
     def __init__(self, joints: Joints) -> None:
         self._joints, self._notifies = joints, True
 
-    answers = Answers(
-        {
-            "ALBattery.getBatteryCharge": lambda self: round(100.0 * self._joints.frame.battery[0]),
-            "ALBodyTemperature.getTemperatureDiagnosis": lambda self: _diagnosis(self._joints),
-            "ALBodyTemperature.areNotificationsEnabled": lambda self: self._notifies,
-        }
+    _get_battery_charge = offers("ALBattery.getBatteryCharge")(
+        lambda self: round(100.0 * self._joints.frame.battery[0])
+    )
+    _get_temperature_diagnosis = offers("ALBodyTemperature.getTemperatureDiagnosis")(
+        lambda self: _diagnosis(self._joints)
+    )
+    _are_notifications_enabled = offers("ALBodyTemperature.areNotificationsEnabled")(
+        lambda self: self._notifies
     )
 
     @offers("ALBattery.enablePowerMonitoring", partly=INERT)

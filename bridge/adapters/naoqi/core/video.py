@@ -6,14 +6,13 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.memory import stamp
-from bridge.adapters.naoqi.declared import INERT, Answers, Range, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Own, Range, Vector, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -63,7 +62,21 @@ def camera_number(camera: Any, label: str) -> int:
     return int(camera)
 
 
+def _colour_space(space: Any, label: str) -> int:
+    if not _is_number(space) or space not in PIXEL_BYTES:
+        raise NaoqiRefused(
+            f"{label} {space!r:.40} is not offered; 0 to 8 (one channel), 9 (YUV 4:2:2), 10 (YUV), 11 (RGB), "
+            "12 (HSY) and 13 (BGR) are."
+        )
+    return int(space)
+
+
 CameraNumber = Annotated[int, camera_number]
+ColourSpace = Annotated[int, _colour_space]
+Rate = Annotated[int, Range(1, MAX_RATE)]
+Pair = Annotated[list[float], Vector("x, y", -10.0, 10.0)]
+Handle = Annotated[_CameraSubscription, Own("_subscription")]
+"""Of a subscription, by its handle or name."""
 
 
 class VideoDevice:
@@ -81,7 +94,9 @@ class VideoDevice:
         self._parameters: tuple[dict[int, int], dict[int, int]] = (dict(PARAMETERS), dict(PARAMETERS))
 
     @offers("ALVideoDevice.subscribeCamera")
-    def subscribe_camera(self, name: str, camera: Any, resolution: Any, space: Any, rate: Any) -> str:
+    def subscribe_camera(
+        self, name: str, camera: CameraNumber, resolution: Any, space: ColourSpace, rate: Rate
+    ) -> str:
         """Subscribe to pictures; the handle of the subscription.
 
         Args:
@@ -95,21 +110,18 @@ class VideoDevice:
             NaoqiRefused: an unknown value, or too many subscriptions.
         """
         method = "ALVideoDevice.subscribeCamera"
-        whose, which = name, camera_number(camera, f"{method}: camera")
-        size = self._resolution(resolution, which, method)
-        colours = self._space(space, method)
-        a_second = _rate(rate, method)
+        size = self._resolution(resolution, camera, method)
         for i in range(MAX_PER_NAME):
-            handle = f"{whose}_{i}"
+            handle = f"{name}_{i}"
             if handle not in self._subscriptions and len(self._subscriptions) < MAX_SUBSCRIPTIONS:
-                self._subscriptions[handle] = _CameraSubscription(which, size, colours, a_second)
+                self._subscriptions[handle] = _CameraSubscription(camera, size, space, rate)
                 return handle
         raise NaoqiRefused(
-            f"{method}: {whose!r:.40} has {MAX_PER_NAME} subscriptions already; unsubscribe some."
+            f"{method}: {name!r:.40} has {MAX_PER_NAME} subscriptions already; unsubscribe some."
         )
 
     @offers("ALVideoDevice.subscribe")
-    def subscribe(self, name: str, resolution: Any, space: Any, rate: Any) -> str:
+    def subscribe(self, name: str, resolution: Any, space: ColourSpace, rate: Rate) -> str:
         """As `subscribe_camera`, to the active camera."""
         return self.subscribe_camera(name, self._active, resolution, space, rate)
 
@@ -123,16 +135,15 @@ class VideoDevice:
         partly="drawn: without noise, distortion and blur; uneven ground is drawn flat",
     )
     @offers("ALVideoDevice.getImageLocal", partly="as getImageRemote")
-    def image(self, handle: Any) -> Future[Any] | None:
+    def image(self, handle: Handle) -> Future[Any] | None:
         """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
 
         None: no such handle.
         """
-        of = self._of(handle, "getImageRemote")
-        if of.rate <= 0:
-            logger.warning("ALVideoDevice: %r has no subscription and gets no picture", handle)
+        if handle.rate <= 0:
+            logger.warning("ALVideoDevice: a program without a subscription gets no picture")
             return None
-        camera, width = self._cameras[of.camera], RESOLUTIONS[of.resolution]
+        camera, width = self._cameras[handle.camera], RESOLUTIONS[handle.resolution]
         height = 3 * width // 4
         done: Future[Any] = Future()
 
@@ -144,17 +155,17 @@ class VideoDevice:
                 return
             moment, data = picture.result()
             across, down = 0.5 * camera.field[0], 0.5 * camera.field[1]
-            head = [width, height, PIXEL_BYTES[of.space], of.space, *stamp(moment), data, of.camera]
+            head = [width, height, PIXEL_BYTES[handle.space], handle.space, *stamp(moment), data, handle.camera]
             done.set_result([*head, across, -down, -across, down])
 
         def take() -> None:
             try:
-                self._feed.picture(of.camera, width, height, of.space).add_done_callback(took)
+                self._feed.picture(handle.camera, width, height, handle.space).add_done_callback(took)
             except NaoqiRefused as error:
                 done.set_exception(error)
 
         now = time.monotonic()
-        wait, of.due = of.due - now, max(of.due, now) + 1.0 / of.rate
+        wait, handle.due = handle.due - now, max(handle.due, now) + 1.0 / handle.rate
         if wait <= 0.0:
             take()
         else:
@@ -163,9 +174,9 @@ class VideoDevice:
             timer.start()
         return done
 
-    def _of(self, handle: Any, method: str) -> _CameraSubscription:
+    def _subscription(self, handle: Any) -> _CameraSubscription:
         """The subscription of a handle or a name, or a new one without effect."""
-        name = text(handle, f"ALVideoDevice.{method}: handle")
+        name = text(handle, "ALVideoDevice: handle")
         found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
         return found or _CameraSubscription(self._active, -1, -1, -1)
 
@@ -175,7 +186,7 @@ class VideoDevice:
         if parameter == _CAMERA_SELECT_ID:
             known = {h for h in (handle, f"{handle}_0") if h in self._subscriptions}
             return self._set_active(known.pop(), value) if known else self._set_active(value)
-        return self._set_parameter(self._of(handle, "setCameraParameter").camera, parameter, value)
+        return self._set_parameter(self._subscription(handle).camera, parameter, value)
 
     def _resolution(self, resolution: Any, camera: int, method: str) -> int:
         there = {k: v for k, v in RESOLUTIONS.items() if v <= self._cameras[camera].largest}
@@ -184,24 +195,16 @@ class VideoDevice:
             raise NaoqiRefused(f"{method}: resolution {resolution!r:.40} is not offered; {sizes} are.")
         return int(resolution)
 
-    def _space(self, space: Any, method: str) -> int:
-        if not _is_number(space) or space not in PIXEL_BYTES:
-            raise NaoqiRefused(
-                f"{method}: colour space {space!r:.40} is not offered; 0 to 8 (one channel), 9 (YUV 4:2:2), 10 "
-                "(YUV), 11 (RGB), 12 (HSY) and 13 (BGR) are."
-            )
-        return int(space)
-
     @offers("ALVideoDevice.getActiveCamera")
     def _get_active(self, handle: Any = None) -> int:
-        return self._active if handle is None else self._of(handle, "getActiveCamera").camera
+        return self._active if handle is None else self._subscription(handle).camera
 
     @offers("ALVideoDevice.setActiveCamera")
     def _set_active(self, first: Any, camera: Any = None) -> bool:
         """`(camera)` for all subscriptions by `subscribe`, or `(handle, camera)`."""
         number = camera_number(first if camera is None else camera, "ALVideoDevice.setActiveCamera: camera")
         if camera is not None:
-            self._of(first, "setActiveCamera").camera = number
+            self._subscription(first).camera = number
             return True
         self._active = number
         for subscription in self._subscriptions.values():
@@ -209,19 +212,18 @@ class VideoDevice:
         return True
 
     @offers("ALVideoDevice.setResolution")
-    def _set_resolution(self, handle: Any, resolution: Any) -> bool:
-        of = self._of(handle, "setResolution")
-        of.resolution = self._resolution(resolution, of.camera, "ALVideoDevice.setResolution")
+    def _set_resolution(self, handle: Handle, resolution: Any) -> bool:
+        handle.resolution = self._resolution(resolution, handle.camera, "ALVideoDevice.setResolution")
         return True
 
     @offers("ALVideoDevice.setColorSpace")
-    def _set_space(self, handle: Any, space: Any) -> bool:
-        self._of(handle, "setColorSpace").space = self._space(space, "ALVideoDevice.setColorSpace")
+    def _set_space(self, handle: Handle, space: ColourSpace) -> bool:
+        handle.space = space
         return True
 
     @offers("ALVideoDevice.setFrameRate")
-    def _set_rate(self, handle: Any, rate: Any) -> bool:
-        self._of(handle, "setFrameRate").rate = _rate(rate, "ALVideoDevice.setFrameRate")
+    def _set_rate(self, handle: Handle, rate: Rate) -> bool:
+        handle.rate = rate
         return True
 
     @offers(
@@ -249,21 +251,17 @@ class VideoDevice:
         return self._cameras[camera].field[1]
 
     @offers("ALVideoDevice.getParameter")
-    def _get_parameter(self, camera: Any, parameter: Any) -> int:
-        which = camera_number(camera, "ALVideoDevice.getParameter: camera")
-        return self._parameters[which].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
+    def _get_parameter(self, camera: CameraNumber, parameter: Any) -> int:
+        return self._parameters[camera].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
 
     @offers("ALVideoDevice.setParameter", partly=INERT)
     def _set_parameter(
-        self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
+        self, camera: CameraNumber, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
     ) -> bool:
         """Store a parameter, without a value its default; False: there is none."""
-        which = camera_number(camera, "ALVideoDevice.setParameter: camera")
         if not isinstance(parameter, int) or parameter not in PARAMETERS:
             return False
-        default = PARAMETERS[parameter]
-        given = default if value is None else round(value)
-        self._parameters[which][parameter] = given
+        self._parameters[camera][parameter] = PARAMETERS[parameter] if value is None else round(value)
         return True
 
     @offers("ALVideoDevice.setParam", partly=INERT)
@@ -279,36 +277,34 @@ class VideoDevice:
             del self._subscriptions[handle]
 
     @offers("ALVideoDevice.setAllParametersToDefault", partly=INERT)
-    def _reset(self, camera: Any) -> bool:
-        self._parameters[camera_number(camera, "ALVideoDevice: camera")].update(PARAMETERS)
+    def _reset(self, camera: CameraNumber) -> bool:
+        self._parameters[camera].update(PARAMETERS)
         return True
 
     @offers("ALVideoDevice.getAngularPositionFromImagePosition")
-    def _angles(self, camera: Any, position: Any) -> list[float]:
+    def _angles(self, camera: CameraNumber, position: Pair) -> list[float]:
         """Angles to the left and down, rad, of a place in the picture, 0 to 1 from its upper left corner."""
         across, down = self._tangents(camera)
-        x, y = _pair(position, "getAngularPositionFromImagePosition")
+        x, y = position
         return [math.atan((1.0 - 2.0 * x) * across), math.atan((2.0 * y - 1.0) * down)]
 
     @offers("ALVideoDevice.getImagePositionFromAngularPosition")
-    def _place(self, camera: Any, angles: Any) -> list[float]:
+    def _place(self, camera: CameraNumber, angles: Pair) -> list[float]:
         across, down = self._tangents(camera)
-        left, below = _pair(angles, "getImagePositionFromAngularPosition")
+        left, below = angles
         return [0.5 - 0.5 * math.tan(left) / across, 0.5 + 0.5 * math.tan(below) / down]
 
     @offers("ALVideoDevice.getAngularSizeFromImageSize")
-    def _angular_size(self, camera: Any, size: Any) -> list[float]:
-        shares = _pair(size, "getAngularSizeFromImageSize")
-        return [2.0 * math.atan(s * t) for s, t in zip(shares, self._tangents(camera), strict=True)]
+    def _angular_size(self, camera: CameraNumber, size: Pair) -> list[float]:
+        return [2.0 * math.atan(s * t) for s, t in zip(size, self._tangents(camera), strict=True)]
 
     @offers("ALVideoDevice.getImageSizeFromAngularSize")
-    def _image_size(self, camera: Any, size: Any) -> list[float]:
-        angles = _pair(size, "getImageSizeFromAngularSize")
-        return [math.tan(0.5 * a) / t for a, t in zip(angles, self._tangents(camera), strict=True)]
+    def _image_size(self, camera: CameraNumber, size: Pair) -> list[float]:
+        return [math.tan(0.5 * a) / t for a, t in zip(size, self._tangents(camera), strict=True)]
 
-    def _tangents(self, camera: Any) -> tuple[float, float]:
+    def _tangents(self, camera: int) -> tuple[float, float]:
         """Of half the fields of view."""
-        across, down = self._cameras[camera_number(camera, "ALVideoDevice: camera")].field
+        across, down = self._cameras[camera].field
         return math.tan(0.5 * across), math.tan(0.5 * down)
 
     @offers("ALVideoDevice.getParam")
@@ -316,39 +312,37 @@ class VideoDevice:
         return self._active if parameter == _CAMERA_SELECT_ID else self._get_parameter(self._active, parameter)
 
     @offers("ALVideoDevice.setParameterToDefault", partly=INERT)
-    def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
+    def _set_parameter_to_default(self, camera: CameraNumber, parameter: Any) -> Any:
         return self._set_parameter(camera, parameter)
 
     @offers("ALVideoDevice.getCameraParameter")
-    def _get_camera_parameter(self, handle: Any, parameter: Any) -> Any:
-        return self._get_parameter(self._of(handle, "getCameraParameter").camera, parameter)
+    def _get_camera_parameter(self, handle: Handle, parameter: Any) -> Any:
+        return self._get_parameter(handle.camera, parameter)
 
     @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=INERT)
-    def _set_all_camera_parameters_to_default(self, handle: Any) -> Any:
-        return self._reset(self._of(handle, "setAllCameraParametersToDefault").camera)
+    def _set_all_camera_parameters_to_default(self, handle: Handle) -> Any:
+        return self._reset(handle.camera)
 
-    answers = Answers(
-        {
-            "ALVideoDevice.getSubscribers": lambda self: list(self._subscriptions),
-            "ALVideoDevice.getCameraIndexes": lambda self: [0, 1],
-            "ALVideoDevice.hasDepthCamera": lambda self: False,
-            "ALVideoDevice.releaseImage": lambda self, handle: self._of(handle, "releaseImage").rate > 0,
-            "ALVideoDevice.getResolution": lambda self, handle: self._of(handle, "getResolution").resolution,
-            "ALVideoDevice.getColorSpace": lambda self, handle: self._of(handle, "getColorSpace").space,
-            "ALVideoDevice.getFrameRate": lambda self, handle: self._of(handle, "getFrameRate").rate,
-        }
-    )
+    _get_subscribers = offers("ALVideoDevice.getSubscribers")(lambda self: list(self._subscriptions))
+    _get_camera_indexes = offers("ALVideoDevice.getCameraIndexes")(lambda self: [0, 1])
+    _has_depth_camera = offers("ALVideoDevice.hasDepthCamera")(lambda self: False)
+
+    @offers("ALVideoDevice.releaseImage")
+    def _release_image(self, handle: Handle) -> bool:
+        return handle.rate > 0
+
+    @offers("ALVideoDevice.getResolution")
+    def _get_resolution(self, handle: Handle) -> int:
+        return handle.resolution
+
+    @offers("ALVideoDevice.getColorSpace")
+    def _get_colour_space(self, handle: Handle) -> int:
+        return handle.space
+
+    @offers("ALVideoDevice.getFrameRate")
+    def _get_frame_rate(self, handle: Handle) -> int:
+        return handle.rate
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _rate(rate: Any, method: str) -> int:
-    return round(number(rate, f"{method}: fps", 1, MAX_RATE))
-
-
-def _pair(values: Any, method: str) -> Sequence[float]:
-    if not isinstance(values, list) or len(values) != 2:
-        raise NaoqiRefused(f"ALVideoDevice.{method}: {values!r:.60} was given; two numbers are expected.")
-    return [number(value, f"ALVideoDevice.{method}", -10.0, 10.0) for value in values]

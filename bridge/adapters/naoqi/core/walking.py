@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, NamedTuple
 
 from bridge.adapters.naoqi.core.motion_tasks import pass_on
 from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
-from bridge.adapters.naoqi.declared import Answers, OneOf, clipped, offers, text
+from bridge.adapters.naoqi.declared import OneOf, clipped, offers, text
 from bridge.errors import NaoqiRefused
 from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
@@ -104,7 +104,7 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
         frequency: of the steps, 0 to 1.
 
     Raises:
-        NaoqiRefused: not such a list, or a value far beyond its limits.
+        NaoqiRefused: not such a list, or no number.
     """
     given: dict[str, float] = {}
     for config in configs:
@@ -355,14 +355,14 @@ class WalkingMethods:
     def _move_config(self, config: Annotated[str, OneOf("config", _KINDS)]) -> list[list[Any]]:
         return move_config(config)
 
-    answers = Answers(
-        {
-            "ALMotion.getRobotVelocity": lambda self: self.handover.velocity(),
-            "ALMotion.moveIsActive": lambda self: self.handover.active_or_ordered,
-            "ALMotion.walkIsActive": lambda self: self.handover.active_or_ordered,
-            "ALMotion.getRobotPosition": lambda self, *_: self.handover.position(),
-        },
-        kind="walk",
+    _get_robot_velocity = offers("ALMotion.getRobotVelocity", kind="walk")(
+        lambda self: self.handover.velocity()
+    )
+    _move_is_active = offers("ALMotion.moveIsActive", "ALMotion.walkIsActive", kind="walk")(
+        lambda self: self.handover.active_or_ordered
+    )
+    _get_robot_position = offers("ALMotion.getRobotPosition", kind="walk")(
+        lambda self, *_: self.handover.position()
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.declared import INERT, Answers, offers
+from bridge.adapters.naoqi.declared import INERT, offers
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -140,13 +140,11 @@ class Animations:
     def _declare(self, tags: Any) -> None:
         """Without effect."""
 
-    answers = Answers(
-        {
-            "ALAnimationPlayer.reset": lambda self: None,
-            "ALBehaviorManager.getRunningBehaviors": lambda self: self._names(),
-            **{
-                f"ALBehaviorManager.get{which}": lambda self: []
-                for which in ("InstalledBehaviors", "BehaviorNames", "LoadedBehaviors", "DefaultBehaviors")
-            },
-        }
-    )
+    _reset = offers("ALAnimationPlayer.reset")(lambda self: None)
+    _get_running_behaviors = offers("ALBehaviorManager.getRunningBehaviors")(lambda self: self._names())
+    _lists = offers(
+        "ALBehaviorManager.getInstalledBehaviors",
+        "ALBehaviorManager.getBehaviorNames",
+        "ALBehaviorManager.getLoadedBehaviors",
+        "ALBehaviorManager.getDefaultBehaviors",
+    )(lambda self: list[Any]())

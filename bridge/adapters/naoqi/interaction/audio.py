@@ -17,17 +17,7 @@ from weakref import WeakKeyDictionary
 
 from bridge.adapters.naoqi.core.memory import Publish, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    INERT,
-    Answers,
-    Duration,
-    Own,
-    Range,
-    Setting,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import INERT, Duration, Own, Range, Setting, number, offers, text
 from bridge.adapters.naoqi.robot_files import NewFile, RobotFile, RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
@@ -250,15 +240,14 @@ class AudioPlayer:
     def _mute_audio_out(self, muted: bool) -> Any:
         self._muted = muted
 
-    answers = Answers(
-        {
-            "ALAudioPlayer.getInstalledSoundSetsList": lambda self: [],
-            "ALAudioPlayer.getLoadedSoundSetsList": lambda self: [],
-            "ALAudioPlayer.getLoadedFilesIds": lambda self: list(self._files),
-            "ALAudioPlayer.getLoadedFilesNames": lambda self: [str(file.path) for file in self._files.values()],
-            "ALAudioDevice.isAudioOutMuted": lambda self: self._muted,
-        }
+    _get_installed_sound_sets_list = offers(
+        "ALAudioPlayer.getInstalledSoundSetsList", "ALAudioPlayer.getLoadedSoundSetsList"
+    )(lambda self: list[Any]())
+    _get_loaded_files_ids = offers("ALAudioPlayer.getLoadedFilesIds")(lambda self: list(self._files))
+    _get_loaded_files_names = offers("ALAudioPlayer.getLoadedFilesNames")(
+        lambda self: [str(file.path) for file in self._files.values()]
     )
+    _is_audio_out_muted = offers("ALAudioDevice.isAudioOutMuted")(lambda self: self._muted)
 
 
 SAMPLES: Final = {48_000: 4096, 16_000: 1365}
@@ -388,20 +377,14 @@ class Recorder:
         seconds = min(MAX_SECONDS, 0.001 * (self._now() - recording.began))
         return in_thread(lambda: _write(recording, seconds))
 
-    energies = Answers(
-        {
-            f"ALAudioDevice.get{place}MicEnergy": lambda self: 0.0
-            for place in ("Front", "Rear", "Left", "Right")
-        },
+    _energy = offers(
+        *(f"ALAudioDevice.get{place}MicEnergy" for place in ("Front", "Rear", "Left", "Right")),
         partly="silence: there are no microphones",
-    )
+    )(lambda self: 0.0)
 
-    answers = Answers(
-        {
-            "ALAudioDevice.enableEnergyComputation": lambda self: None,
-            "ALAudioDevice.disableEnergyComputation": lambda self: None,
-        }
-    )
+    _enable_energy_computation = offers(
+        "ALAudioDevice.enableEnergyComputation", "ALAudioDevice.disableEnergyComputation"
+    )(lambda self: None)
 
 
 def _write(recording: _Recording, seconds: float) -> None:

@@ -13,7 +13,7 @@ from bridge.adapters.naoqi.core.cartesian import look_angles
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
-from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, offers
+from bridge.adapters.naoqi.declared import INERT, OneOf, Setting, offers
 from bridge.adapters.naoqi.interaction.detection import Scene
 from bridge.adapters.naoqi.interaction.tracker import HEAD_SPEED, PERIOD, point_of
 from bridge.body.cameras import CAMERA_LINK, cameras
@@ -77,14 +77,11 @@ class AutonomousLife:
     def _is_enabled(self, name: Annotated[str, OneOf("ability", ABILITIES)]) -> bool:
         return self._enabled[name]
 
-    answers = Answers(
-        {
-            "ALAutonomousLife.getState": lambda self: self._state,
-            "ALAutonomousLife.focusedActivity": lambda self: "",
-            "ALAutonomousLife.stopFocus": lambda self: None,
-            "ALAutonomousLife.stopAll": lambda self: None,
-            "ALAutonomousLife.isMonitoringLaunchpadConditions": lambda self: False,
-        }
+    _get_state = offers("ALAutonomousLife.getState")(lambda self: self._state)
+    _focused_activity = offers("ALAutonomousLife.focusedActivity")(lambda self: "")
+    _stop_focus = offers("ALAutonomousLife.stopFocus", "ALAutonomousLife.stopAll")(lambda self: None)
+    _is_monitoring_launchpad_conditions = offers("ALAutonomousLife.isMonitoringLaunchpadConditions")(
+        lambda self: False
     )
 
 
@@ -194,19 +191,16 @@ class Awareness:
     def _detects(self, stimulus: Stimulus) -> bool:
         return self._stimuli[stimulus]
 
-    answers = Answers(
-        {
-            "ALBasicAwareness.isEnabled": lambda self: self._enabled,
-            "ALBasicAwareness.isRunning": lambda self: self._enabled and not self._paused,
-            "ALBasicAwareness.stopAwareness": lambda self: self._enable(False),
-            "ALBasicAwareness.isAwarenessRunning": lambda self: self._enabled and not self._paused,
-            "ALBasicAwareness.pauseAwareness": lambda self: self._pause(True),
-            "ALBasicAwareness.resumeAwareness": lambda self: self._pause(False),
-            "ALBasicAwareness.isAwarenessPaused": lambda self: self._paused,
-        }
+    _is_enabled = offers("ALBasicAwareness.isEnabled")(lambda self: self._enabled)
+    _is_running = offers("ALBasicAwareness.isRunning", "ALBasicAwareness.isAwarenessRunning")(
+        lambda self: self._enabled and not self._paused
     )
+    _stop_awareness = offers("ALBasicAwareness.stopAwareness")(lambda self: self._enable(False))
+    _pause_awareness = offers("ALBasicAwareness.pauseAwareness")(lambda self: self._pause(True))
+    _resume_awareness = offers("ALBasicAwareness.resumeAwareness")(lambda self: self._pause(False))
+    _is_awareness_paused = offers("ALBasicAwareness.isAwarenessPaused")(lambda self: self._paused)
 
-    starting = Answers(
-        {"ALBasicAwareness.startAwareness": lambda self: self._enable(True)},
+    _start_awareness = offers(
+        "ALBasicAwareness.startAwareness",
         partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
-    )
+    )(lambda self: self._enable(True))

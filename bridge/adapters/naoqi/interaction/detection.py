@@ -13,7 +13,7 @@ from bridge.adapters.naoqi.core.frames import RobotFrames, position6
 from bridge.adapters.naoqi.core.memory import Events, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import INERT, Answers, Range, Setting, number, offers, text
+from bridge.adapters.naoqi.declared import INERT, Range, Setting, Vector, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
@@ -53,6 +53,9 @@ class Sighting:
     """Its angular size, rad."""
     links: Mapping[str, Array]
     """Links in the Torso frame, with the head's angles at the time of the picture, each (4, 4), m."""
+
+
+Place = Annotated[list[float], Vector("x, y, z", -1e3, 1e3, "m")]
 
 
 class Scene:
@@ -102,7 +105,7 @@ class Scene:
 
     @offers("NaoHil.show")
     def show(
-        self, kind: Any, name: Any, place: Any, size: Annotated[float, Range(0.001, 10.0)] | None = None
+        self, kind: Any, name: Any, place: Place, size: Annotated[float, Range(0.001, 10.0)] | None = None
     ) -> None:
         """Put a thing into the world, or move it.
 
@@ -113,9 +116,7 @@ class Scene:
             size: diameter, m.
         """
         key = checked, label = _kind(kind), _name(kind, name)
-        if not isinstance(place, list) or len(place) != 3:
-            raise NaoqiRefused(f"NaoHil.show: {place!r:.60} was given; [x, y, z] in m is expected.")
-        x, y, z = (number(item, "NaoHil.show: place", -1e3, 1e3) for item in place)
+        x, y, z = place
         wide = THING_SIZES[checked] if size is None else size
         if key not in self._things and len(self._things) >= MAX_THINGS:
             raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
@@ -129,8 +130,8 @@ class Scene:
     def _hear_words(self, words: str) -> Any:
         return self._hear(words)
 
-    answers = Answers(
-        {"NaoHil.things": lambda self: [[t.kind, t.name, list(t.place), t.size] for t in self._things.values()]}
+    _shown = offers("NaoHil.things")(
+        lambda self: [[t.kind, t.name, list(t.place), t.size] for t in self._things.values()]
     )
 
 
@@ -236,12 +237,7 @@ class Faces(Detection):
     )
 
     def __init__(
-        self,
-        scene: Scene,
-        frames: RobotFrames,
-        events: Events,
-        tasks: MotionTasks,
-        now: Callable[[], int],
+        self, scene: Scene, frames: RobotFrames, events: Events, tasks: MotionTasks, now: Callable[[], int]
     ) -> None:
         super().__init__("ALFaceDetection", "face", "FaceDetected", scene, frames, events)
         self._tasks, self._now = tasks, now
@@ -290,8 +286,6 @@ class Faces(Detection):
         self._known.clear()
         return True
 
-    answers = Answers(
-        {
-            "ALFaceDetection.getLearnedFacesList": lambda self: sorted(set(self._known.values())),
-        }
+    _get_learned_faces_list = offers("ALFaceDetection.getLearnedFacesList")(
+        lambda self: sorted(set(self._known.values()))
     )

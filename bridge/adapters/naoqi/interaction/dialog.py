@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import INERT, Answers, Range, offers, text
+from bridge.adapters.naoqi.declared import INERT, Range, offers, text
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, captures, parse, plain_words
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
@@ -54,11 +54,7 @@ class Dialog:
     """
 
     def __init__(
-        self,
-        events: Events,
-        read: Callable[[str], Any],
-        speak: Callable[[str], Future[Any]],
-        files: RobotFiles,
+        self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]], files: RobotFiles
     ) -> None:
         self._events, self._read, self._speak, self.files = events, read, speak, files
         self._topics: dict[str, Topic] = {}
@@ -330,19 +326,19 @@ class Dialog:
         return key
 
     @offers("ALDialog.setConcept")
-    def _set_concept(self, concept: Any, language: Any, words: Any, *_: Any) -> None:
+    def _set_concept(self, concept: Any, language: Any, words: list[str], *_: Any) -> None:
         key = self._key(concept, language)
-        self._store_concept(key, _words(words))
+        self._store_concept(key, words[:MAX_CONCEPTS])
 
     def _store_concept(self, key: tuple[str, str], words: list[str]) -> None:
         self._concepts[key] = words
         self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
 
     @offers("ALDialog.addToConcept")
-    def _add_to_concept(self, concept: Any, language: Any, words: Any) -> None:
+    def _add_to_concept(self, concept: Any, language: Any, words: list[str]) -> None:
         key = self._key(concept, language)
         kept = self._concepts.get(key, [])
-        self._store_concept(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
+        self._store_concept(key, [*kept, *(word for word in words if word not in kept)][:MAX_CONCEPTS])
 
     @offers("ALDialog.clearConcepts")
     def _clear_concepts(self) -> None:
@@ -363,19 +359,14 @@ class Dialog:
     def _get_concept(self, concept: Any, language: Any) -> Any:
         return self._concepts.get(self._key(concept, language), [])
 
-    answers = Answers(
-        {
-            "ALDialog.getAllLoadedTopics": lambda self: list(self._topics),
-            "ALDialog.getActivatedTopics": lambda self: list(self._active),
-            "ALDialog.getFocus": lambda self: self._focus,
-            "ALDialog.getASRConfidenceThreshold": lambda self: self._threshold,
-        }
-    )
+    _get_all_loaded_topics = offers("ALDialog.getAllLoadedTopics")(lambda self: list(self._topics))
+    _get_activated_topics = offers("ALDialog.getActivatedTopics")(lambda self: list(self._active))
+    _get_focus = offers("ALDialog.getFocus")(lambda self: self._focus)
+    _get_asr_confidence_threshold = offers("ALDialog.getASRConfidenceThreshold")(lambda self: self._threshold)
 
-    answers2 = Answers(
-        {"ALDialog.compileAll": lambda self: None},
-        partly="without effect: topics are ready when they are loaded",
-    )
+    _compile_all = offers(
+        "ALDialog.compileAll", partly="without effect: topics are ready when they are loaded"
+    )(lambda self: None)
 
 
 def _read_topic(path: Path) -> Topic:
@@ -402,12 +393,6 @@ def _typed(value: str) -> Any:
     if re.fullmatch(r"-?\d+", value):
         return int(value[:18])
     return float(value) if re.fullmatch(r"-?\d+\.\d+", value) else value
-
-
-def _words(words: Any) -> list[str]:
-    if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
-        raise NaoqiRefused(f"ALDialog: {words!r:.60} was given; a list of words is expected.")
-    return words[:MAX_CONCEPTS]
 
 
 def _codes(language: Any) -> set[str]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
-from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Setting, number, offers
+from bridge.adapters.naoqi.declared import INERT, OneOf, Setting, number, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
 from bridge.errors import NaoqiRefused
@@ -129,12 +129,8 @@ class SpeechRecognition:
     def _show(self, enabled: bool) -> None:
         """Without effect."""
 
-    answers = Answers(
-        {
-            "ALSpeechRecognition.getAvailableLanguages": lambda self: list(LANGUAGES),
-            "ALSpeechRecognition._enableFreeSpeechToText": lambda self: None,
-        }
-    )
+    _get_available_languages = offers("ALSpeechRecognition.getAvailableLanguages")(lambda self: list(LANGUAGES))
+    _enable_free_speech_to_text = offers("ALSpeechRecognition._enableFreeSpeechToText")(lambda self: None)
 
 
 def _read_words(path: Path) -> list[str]:

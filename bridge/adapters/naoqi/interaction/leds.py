@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import MAX_DURATION, Answers, Duration, Range, number, offers
+from bridge.adapters.naoqi.declared import MAX_DURATION, Duration, Range, number, offers
 from bridge.dcm.actuators import led_names
 from bridge.errors import NaoqiRefused
 
@@ -132,12 +132,11 @@ class Leds:
         return self._colours(name, [colour], [number(duration, "ALLeds.fadeRGB: duration", 0.0, MAX_DURATION)])
 
     @offers("ALLeds.fadeListRGB")
-    def fade_list(self, name: str, colours: Any, times: Any) -> Future[Any]:
+    def fade_list(self, name: str, colours: list[Any], times: list[Duration]) -> Future[Any]:
         """Fade through colours (0x00RRGGBB) at times (s); waits for the end."""
-        if not isinstance(colours, list) or not isinstance(times, list) or len(colours) != len(times):
+        if len(colours) != len(times):
             raise NaoqiRefused("ALLeds.fadeListRGB takes a list of colours and a list of as many times.")
-        moments = [number(time, "ALLeds.fadeListRGB: time", 0.0, MAX_DURATION) for time in times]
-        return self._colours(name, [_colour(colour) for colour in colours], moments)
+        return self._colours(name, [_colour(colour) for colour in colours], times)
 
     def _colours(self, name: str, colours: list[tuple[float, ...]], times: list[float]) -> Future[Any]:
         paths = []
@@ -215,7 +214,7 @@ class Leds:
         values = self._joints.dcm.read(leds, self._joints.frame.position)
         return sum(values) / len(values)
 
-    @offers("ALLeds.on")
+    @offers("ALLeds.on", "ALLeds.reset")
     def _on(self, name: str) -> Any:
         return self.fade(name, 1.0, 0.0)
 
@@ -223,17 +222,12 @@ class Leds:
     def _off(self, name: str) -> Any:
         return self.fade(name, 0.0, 0.0)
 
-    @offers("ALLeds.reset")
-    def _reset(self, name: str) -> Any:
-        return self.fade(name, 1.0, 0.0)
-
     @offers("ALLeds.setIntensity")
     def _set_intensity(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)]) -> Any:
         return self.fade(name, intensity, 0.0)
 
-    answers = Answers(
-        {"ALLeds.listGroups": lambda self: list(self._groups), "ALLeds.listLEDs": lambda self: list(self._all)}
-    )
+    _list_groups = offers("ALLeds.listGroups")(lambda self: list(self._groups))
+    _list_leds = offers("ALLeds.listLEDs")(lambda self: list(self._all))
 
 
 def _colour(colour: Any) -> tuple[float, float, float]:

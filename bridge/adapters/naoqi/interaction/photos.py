@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import INERT, Answers, Choice, OneOf, Range, Setting, offers
+from bridge.adapters.naoqi.declared import INERT, Choice, OneOf, Range, Setting, offers
 from bridge.adapters.naoqi.robot_files import RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
@@ -135,7 +135,7 @@ class PhotoCapture:
         self.half = not self.half
         return True
 
-    answers = Answers({"ALPhotoCapture.isHalfPressed": lambda self: self.half})
+    _is_half_pressed = offers("ALPhotoCapture.isHalfPressed")(lambda self: self.half)
 
 
 class VideoRecorder:
@@ -196,13 +196,9 @@ class VideoRecorder:
             raise NaoqiRefused("ALVideoRecorder.setFrameRate: a recording runs; stop that first.")
         self._rate = round(rate)
 
-    answers = Answers(
-        {
-            "ALVideoRecorder.isRecording": lambda self: self._path is not None,
-            "ALVideoRecorder.getFrameRate": lambda self: self._rate,
-            "ALVideoRecorder.getVideoFormat": lambda self: "MJPG",
-        }
-    )
+    _is_recording = offers("ALVideoRecorder.isRecording")(lambda self: self._path is not None)
+    _get_frame_rate = offers("ALVideoRecorder.getFrameRate")(lambda self: self._rate)
+    _get_video_format = offers("ALVideoRecorder.getVideoFormat")(lambda self: "MJPG")
 
 
 def _bare(name: str, extension: str) -> str:

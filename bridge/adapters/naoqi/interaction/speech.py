@@ -21,7 +21,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import INERT, Answers, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.declared import INERT, OneOf, Range, Setting, offers, text
 from bridge.adapters.naoqi.robot_files import NewFile, RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
@@ -387,22 +387,20 @@ class Speech:
         if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
             raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
 
-    answers = Answers(
-        {
-            "ALTextToSpeech.getSupportedLanguages": lambda self: list(LANGUAGES),
-            "ALTextToSpeech.getAvailableVoices": lambda self: list(VOICES),
-            "ALTextToSpeech.resetSpeed": lambda self: self._set_parameter("speed", 100.0),
-            "ALTextToSpeech.locale": lambda self: LANGUAGES[self.language],
-            "ALTextToSpeech.enableNotifications": lambda self: self._notify(True),
-            "ALTextToSpeech.disableNotifications": lambda self: self._notify(False),
-            "ALAnimatedSpeech.getBodyLanguageMode": lambda self: self._mode,
-            "ALAnimatedSpeech.getBodyLanguageModeToStr": lambda self: _MODES[self._mode],
-            "ALAnimatedSpeech.isBodyLanguageEnabled": lambda self: self._mode != 0,
-            "ALAnimatedSpeech.isBodyTalkEnabled": lambda self: self._mode != 0,
-        }
+    _get_supported_languages = offers("ALTextToSpeech.getSupportedLanguages")(lambda self: list(LANGUAGES))
+    _get_available_voices = offers("ALTextToSpeech.getAvailableVoices")(lambda self: list(VOICES))
+    _reset_speed = offers("ALTextToSpeech.resetSpeed")(lambda self: self._set_parameter("speed", 100.0))
+    _locale = offers("ALTextToSpeech.locale")(lambda self: LANGUAGES[self.language])
+    _enable_notifications = offers("ALTextToSpeech.enableNotifications")(lambda self: self._notify(True))
+    _disable_notifications = offers("ALTextToSpeech.disableNotifications")(lambda self: self._notify(False))
+    _get_body_language_mode = offers("ALAnimatedSpeech.getBodyLanguageMode")(lambda self: self._mode)
+    _get_body_language_mode_to_str = offers("ALAnimatedSpeech.getBodyLanguageModeToStr")(
+        lambda self: _MODES[self._mode]
     )
+    _is_body_language_enabled = offers(
+        "ALAnimatedSpeech.isBodyLanguageEnabled", "ALAnimatedSpeech.isBodyTalkEnabled"
+    )(lambda self: self._mode != 0)
 
-    languages = Answers(
-        {"ALTextToSpeech.getAvailableLanguages": lambda self: list(LANGUAGES)},
-        partly="the languages that espeak-ng may have",
-    )
+    _get_available_languages = offers(
+        "ALTextToSpeech.getAvailableLanguages", partly="the languages that espeak-ng may have"
+    )(lambda self: list(LANGUAGES))

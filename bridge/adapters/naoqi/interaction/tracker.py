@@ -18,7 +18,6 @@ from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import (
     INERT,
-    Answers,
     OneOf,
     Range,
     Setting,
@@ -382,23 +381,25 @@ class Tracker:
     def _search(self, on: bool) -> None:
         """Without effect."""
 
-    answers = Answers(
-        {
-            "ALTracker.getRegisteredTargets": lambda self: list(self._targets),
-            "ALTracker.getManagedTargets": lambda self: list(self._targets),
-            "ALTracker.getSupportedTargets": lambda self: list(TARGETS),
-            "ALTracker.getTargetNames": lambda self: list(TARGETS),
-            "ALTracker.getAvailableModes": lambda self: list(MODES),
-            "ALTracker.getMode": lambda self: self._mode,
-            "ALTracker.getEffector": lambda self: self._effector,
-            "ALTracker.getRelativePosition": lambda self: list(self._following.relative),
-            "ALTracker.getTimeOut": lambda self: self._following.time_out,
-            "ALTracker.stopTracker": lambda self: self._following.end(),
-            "ALTracker.isActive": lambda self: self._following.target is not None,
-            "ALTracker.isTargetLost": lambda self: self._following.lost,
-            "ALTracker.isNewTargetDetected": lambda self: not self._following.lost,
-            "ALTracker.getTargetPosition": lambda self, space=0: self._following.position(space),
-        }
+    _get_registered_targets = offers("ALTracker.getRegisteredTargets", "ALTracker.getManagedTargets")(
+        lambda self: list(self._targets)
+    )
+    _get_supported_targets = offers("ALTracker.getSupportedTargets", "ALTracker.getTargetNames")(
+        lambda self: list(TARGETS)
+    )
+    _get_available_modes = offers("ALTracker.getAvailableModes")(lambda self: list(MODES))
+    _get_mode = offers("ALTracker.getMode")(lambda self: self._mode)
+    _get_effector = offers("ALTracker.getEffector")(lambda self: self._effector)
+    _get_relative_position = offers("ALTracker.getRelativePosition")(
+        lambda self: list(self._following.relative)
+    )
+    _get_time_out = offers("ALTracker.getTimeOut")(lambda self: self._following.time_out)
+    _stop_tracker = offers("ALTracker.stopTracker")(lambda self: self._following.end())
+    _is_active = offers("ALTracker.isActive")(lambda self: self._following.target is not None)
+    _is_target_lost = offers("ALTracker.isTargetLost")(lambda self: self._following.lost)
+    _is_new_target_detected = offers("ALTracker.isNewTargetDetected")(lambda self: not self._following.lost)
+    _get_target_position = offers("ALTracker.getTargetPosition")(
+        lambda self, space=0: self._following.position(space)
     )
 
 
@@ -422,15 +423,11 @@ class OldTracker:
         """Last place of the target in FRAME_TORSO, m; zeros: none (assumed)."""
         return (self._following.position(0) if self._active() else []) or [0.0, 0.0, 0.0]
 
-    answers = Answers(
-        {
-            ".stopTracker": lambda self: self._following.end(),
-            ".isActive": lambda self: self._active(),
-            ".isNewData": lambda self: self._active() and not self._following.lost,
-            ".getPosition": lambda self: self._place(),
-        }
-    )
-    start = Answers({".startTracker": lambda self: self._following.begin(self._target)}, kind="joints")
+    _stop_tracker = offers(".stopTracker")(lambda self: self._following.end())
+    _is_active = offers(".isActive")(lambda self: self._active())
+    _is_new_data = offers(".isNewData")(lambda self: self._active() and not self._following.lost)
+    _get_position = offers(".getPosition")(lambda self: self._place())
+    _start_tracker = offers(".startTracker", kind="joints")(lambda self: self._following.begin(self._target))
 
     @offers(".setWholeBodyOn", partly="without effect: the head alone turns")
     def _set_whole_body(self, on: bool) -> None:

@@ -274,6 +274,18 @@ def test_a_face_is_learnt_that_appears_a_little_later(robot: Robot) -> None:
     assert robot.call("ALFaceDetection", "getLearnedFacesList") == ["Anna"]
 
 
+@pytest.mark.parametrize("period", [100, 500, 1000])
+def test_a_face_is_told_within_two_seconds(robot: Robot, period: int) -> None:
+    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
+    robot.call("ALFaceDetection", "subscribe", "me", period, 0.0)
+    robot.signals.add("FaceDetected")
+    robot.run(1.5)
+    assert not robot.events
+    robot.call("NaoHil", "show", "face", "Anna", [float(x) for x in (camera @ (0.8, 0.0, 0.0, 1.0))[:3]])
+    robot.run(2.0)
+    assert "FaceDetected" in dict(robot.events)
+
+
 def test_a_face_is_known_once_it_was_learnt(robot: Robot) -> None:
     camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
     place: list[Any] = [float(x) for x in (camera @ (0.8, 0.0, 0.0, 1.0))[:3]]

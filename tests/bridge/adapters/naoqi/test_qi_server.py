@@ -153,9 +153,20 @@ def test_a_module_of_a_program_is_called_in_the_order_of_the_events(served: Serv
         served.server.publish("event", number, [["Mine", "on", "message"], ["Nobody", "on", ""]])
     until(lambda: len(heard) == 5, "five calls")
     assert heard == [("event", number, "message") for number in range(5)]
-    for module, method, fault in (("Nobody", "on", "is no service"), ("Mine", "off", "has no method off")):
-        with pytest.raises(RuntimeError, match=fault):
-            memory.subscribeToEvent("event", module, method)
+    with pytest.raises(RuntimeError, match=r"Mine.*off"):
+        memory.subscribeToEvent("event", "Mine", "off")
+
+
+def test_a_module_that_is_registered_after_its_subscription_is_called(served: Served) -> None:
+    """As in public programs, which subscribe in the module's constructor."""
+    heard: list[Any] = []
+    assert served.session.service("ALMemory").subscribeToEvent("event", "Late", "on") == ["event", "Late", "on"]
+    served.server.publish("event", 0, [["Late", "on", ""]])
+    module = type("Late", (), {"on": lambda self, *arguments: heard.append(arguments)})()
+    served.session.registerService("Late", module)
+    served.server.publish("event", 1, [["Late", "on", ""]])
+    until(lambda: heard, "the call")
+    assert heard == [("event", 1, "")]
 
 
 def test_a_program_that_is_gone_has_no_services(served: Served) -> None:

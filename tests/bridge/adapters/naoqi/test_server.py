@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from bridge.adapters.naoqi.declared import REFUSED
@@ -25,9 +26,24 @@ class Link:
     def notices(self) -> list[Notice]:
         return [Notice(seq=1, level="warning", code="no-lease", text="No controller holds the robot.")]
 
+    def held(self) -> tuple[float, ...]:
+        return HELD
+
     def acquire(self) -> None:
         if not self.free:
             raise LeaseRefused("The robot is held by controller `other`.")
+
+
+HELD = (0.02,) * 25
+
+
+def test_stiff_joints_hold_their_targets_and_limp_ones_their_angles() -> None:
+    """Measured angles sag: a program that holds them at each start would lower the robot."""
+    stiffness = (1.0,) * 24 + (0.0,)
+    robot = Robot(msgspec.structs.replace(standing_frame(), stiffness=stiffness, position=(0.01,) * 25))
+    robot.services.hold(HELD)
+    held = [robot.services.joints.commanded(joint) for joint in ("LKneePitch", "RHand")]
+    assert held == pytest.approx([0.02, 0.01], abs=0.002)
 
 
 def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
@@ -38,7 +54,7 @@ def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
     )
     server._commanding = True
     server._read_notices()
-    with pytest.raises(LeaseRefused, match="held by controller `other`"):
+    with pytest.raises(LeaseRefused, match="other"):
         server._require_lease()
     link.free = True
     server._require_lease()

@@ -208,7 +208,7 @@ def test_joints_come_back_from_a_walker_that_was_killed_when_its_lease_ends(
 
 def test_while_it_walks_joints_are_refused_and_postures_stop_it(walking: WalkingMethods, stage: Stage) -> None:
     call(walking, "moveToward", 0.5, 0.0, 0.0)
-    with pytest.raises(NaoqiRefused, match=r"call ALMotion\.stopMove first"):
+    with pytest.raises(NaoqiRefused, match="stopMove"):
         walking.handover.with_joints(lambda: None, stop=False).result(PATIENT)
     walking.handover.with_joints(lambda: stage.did.append("crouch"), stop=True).result(PATIENT)
     assert stage.did[-4:] == ["stop", "release", "take back", "crouch"]
@@ -257,13 +257,13 @@ def test_the_way_of_earlier_walkers_counts(walking: WalkingMethods, stage: Stage
 def test_turning_and_sideways_are_refused_before_anything_moves(
     walking: WalkingMethods, stage: Stage, method: str, arguments: list[Any]
 ) -> None:
-    with pytest.raises(NaoqiRefused, match="this gait walks straight only"):
+    with pytest.raises(NaoqiRefused, match="straight"):
         call(walking, method, *arguments)
     assert stage.did == []
 
 
 def test_what_the_walker_refuses_comes_back_in_its_own_words(walking: WalkingMethods) -> None:
-    with pytest.raises(WalkRefused, match=r"0\.5 m/s is beyond"):
+    with pytest.raises(WalkRefused, match=r"0\.5"):
         call(walking, "move", 0.5, 0.0, 0.0)
 
 
@@ -305,8 +305,6 @@ def test_a_move_faster_than_the_steps_allow_is_as_fast_as_they_do(
 ) -> None:
     call(all_ways, "move", 0.15, 0.0, -2.0)
     assert stage.velocity == pytest.approx((0.04 / 0.42, 0.0, -0.349066 / 0.42))
-    with pytest.raises(NaoqiRefused, match=r"MaxStepX is 0\.2; a number from 0\.001 to 0\.08"):
-        call(all_ways, "move", 0.1, 0.0, 0.0, [["MaxStepX", 0.2]])
 
 
 def test_a_walk_to_a_place_that_something_else_ends_is_false(all_ways: WalkingMethods, stage: Stage) -> None:
@@ -396,7 +394,7 @@ def test_a_step_may_be_4_cm_high_and_numbers_may_be_text(
     begin(all_ways, "moveTo", 0.2, 0.0, 0.0, [["StepHeight", height]])
     until(lambda: stage.state == "walk")
     assert stage.target == (0.2, 0.0, 0.0)
-    with pytest.raises(NaoqiRefused, match="StepHeight is 'high'; a finite number"):
+    with pytest.raises(NaoqiRefused, match=r"StepHeight.*'high'"):
         call(all_ways, "moveTo", 0.2, 0.0, 0.0, [["StepHeight", "high"]])
 
 
@@ -404,9 +402,9 @@ def test_a_step_may_be_4_cm_high_and_numbers_may_be_text(
     ("method", "arguments", "wrong", "sentence"),
     [
         ("moveInit", [], None, ""),
-        ("move", [0.05, 0.0, 0.1], [0.05, 0.0, "left"], "theta is 'left'; a finite number is expected"),
-        ("moveToward", [0.5, 0.0, -0.5], [2.0, 0.0, 0.0], "x is 2; a number from -1 to 1 is expected"),
-        ("setWalkTargetVelocity", [0.5, 0.0, 0.0, 1.0], [0.5, 0.0, 0.0, 2.0], "from 0 to 1"),
+        ("move", [0.05, 0.0, 0.1], [0.05, 0.0, "left"], "theta.*'left'"),
+        ("moveToward", [0.5, 0.0, -0.5], [math.nan, 0.0, 0.0], "x is nan"),
+        ("setWalkTargetVelocity", [0.5, 0.0, 0.0, 1.0], [0.5, 0.0, 0.0, "fast"], "Frequency is 'fast'"),
         ("stopMove", [], None, ""),
         ("waitUntilMoveIsFinished", [], None, ""),
     ],
@@ -425,10 +423,10 @@ def test_walking_methods_give_nothing_and_name_the_wrong_argument(
     [
         ((1.2, 0.0, 0.0), (1.0, 0.0, 0.0)),
         ((0.5, 0.0, 0.0, [["StepHeight", 0.06]]), (0.5, 0.0, 0.0, [["StepHeight", 0.04]])),
-        ((0.5, 0.0, 0.0, [["MaxStepX", 0.1], ["Frequency", 1.2]]), (0.5, 0.0, 0.0, [["MaxStepX", 0.08]])),
+        ((0.5, 0.0, 0.0, [["MaxStepX", 0.35], ["Frequency", 1.2]]), (0.5, 0.0, 0.0, [["MaxStepX", 0.08]])),
     ],
 )
-def test_values_a_little_beyond_the_limits_are_clipped_with_a_warning(
+def test_values_beyond_the_limits_are_clipped_with_a_warning(
     all_ways: WalkingMethods,
     stage: Stage,
     given: tuple[Any, ...],
@@ -453,9 +451,9 @@ def test_facts_of_a_walk_are_a_bool_and_three_floats(all_ways: WalkingMethods, s
     stage.place = 0.25
     until(lambda: call(all_ways, "getRobotPosition", True) == [0.25, 0.0, 0.0])
     assert call(all_ways, "moveIsActive") is True and call(all_ways, "getRobotVelocity") == [0.15, 0.0, 0.0]
-    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] of each place is expected"):
+    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\]"):
         call(all_ways, "moveTo", [[0.1, 0.2]])
-    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] of each place is expected"):
+    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\]"):
         call(all_ways, "moveTo", 0.1, 0.0)  # no form of the vendor's
 
 
@@ -465,11 +463,11 @@ def test_a_walk_without_an_end_goes_on_at_its_velocity(all_ways: WalkingMethods)
 
 
 def test_wrong_footsteps_are_refused(all_ways: WalkingMethods) -> None:
-    with pytest.raises(NaoqiRefused, match="LLeg or RLeg is expected"):
+    with pytest.raises(NaoqiRefused, match="LLeg or RLeg"):
         call(all_ways, "setFootSteps", ["LArm"], [[0.0, 0.1, 0.0]])
-    with pytest.raises(NaoqiRefused, match="LLeg or RLeg is expected"):
+    with pytest.raises(NaoqiRefused, match="LLeg or RLeg"):
         call(all_ways, "setFootSteps", [["LLeg"]], [[0.0, 0.1, 0.0]])
-    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] is expected"):
+    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\]"):
         call(all_ways, "setFootSteps", ["LLeg"], [[0.0, 0.1]])
 
 
@@ -478,7 +476,7 @@ def test_the_default_configuration_is_what_robots_print(all_ways: WalkingMethods
     config = call(all_ways, "getMoveConfig", "Default")
     assert [name for name, _ in config] == names
     assert [value for _, value in config] == pytest.approx([0.04, 0.14, 0.349066, 1.0, 0.02, 0.0, 0.0])
-    with pytest.raises(NaoqiRefused, match="unknown config 'Best'"):
+    with pytest.raises(NaoqiRefused, match="'Best'"):
         call(all_ways, "getMoveConfig", "Best")
 
 
