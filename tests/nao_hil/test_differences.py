@@ -19,9 +19,8 @@ from nao_hil.analysis.differences import config_differences, event_differences, 
 from nao_hil.analysis.plots.difference import draw_difference
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
-from walker.gaits.catalogue import gait_file
 from tests.frames import standing_frame
-
+from walker.gaits.catalogue import gait_file
 
 Config = dict[str, Any] | None
 """Settings that differ from the defaults; None: a recording of a robot on the link."""

@@ -45,7 +45,7 @@ def test_pairs_are_counted_seed_by_seed() -> None:
     assert math.isclose(paired([True] * 5, [False] * 5).p_value, 2.0 * 0.5**5)
 
 
-# both, only first, only second, n: Newcombe, Statistics in Medicine 17 (1998) 2635, method 10; Fagerland and others,
+# both, only first, only second, n: Newcombe, Statistics in Medicine 17 (1998) 2635, method 10; Fagerland,
 # Statistical Analysis of Contingency Tables (2017), chapter 8 (Cavo 2012; Bentur 2009)
 @pytest.mark.parametrize(
     ("pairs", "low", "high"),

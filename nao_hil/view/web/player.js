@@ -62,8 +62,10 @@ class Player {
     $("subtitle").textContent = runs.map((run) => run.header.subtitle).join(" · ");
     this.time = Math.min(Math.max(this.time, this.first), this.last);
     if (header.live) this.time = this.last;
+    this.difference = runs.length === 2 ? new DifferenceRun(...runs) : null;
     this.charts.begin();
     this.events();
+    if (this.difference) differencesTab(this);
     legend(this);
     jointTable(this);
   }
@@ -177,17 +179,16 @@ class Player {
       return mark;
     }));
     $("events").replaceChildren(...rows.map((event) => {
-      const row = document.createElement("li"), link = document.createElement("a"), words = document.createElement("span");
-      link.href = `#t=${event.time.toFixed(2)}`;
-      link.textContent = `${event.time.toFixed(2)} s`;
-      link.style.color = this.colours.event(event, event.first);
-      link.addEventListener("click", (click) => (click.preventDefault(), this.goTo(event.time)));
       const run = this.runs.length > 1 ? `${this.runs[event.number].header.title}: ` : "";
-      words.textContent = `${run}${event.text}${event.first ? ": what went wrong first" : ""}`;
-      row.append(link, words);
-      return row;
+      return this.eventRow(event, `${run}${event.text}${event.first ? ": what went wrong first" : ""}`);
     }));
     if (!rows.length) $("events").textContent = "Nothing out of the ordinary.";
+  }
+
+  eventRow(event, text) {
+    const link = el("a", { href: `#t=${event.time.toFixed(2)}`, textContent: `${event.time.toFixed(2)} s`, style: `color: ${this.colours.event(event, event.first)}` });
+    link.addEventListener("click", (click) => (click.preventDefault(), this.goTo(event.time)));
+    return el("li", {}, link, el("span", { textContent: text }));
   }
 }
 
