@@ -2,6 +2,7 @@
 "use strict";
 
 const LEFT = 36, RIGHT = 6, PHASE_HEIGHT = 16, SCALE_HEIGHT = 18; // pixels
+const TEXT_HEIGHT = 11; // pixels
 const AHEAD_SHARE = 0.3; // share of the window after the moment, in a replay
 const MAX_GAP = 0.3; // s between two rows from which on a curve ends
 const ADDED_COLOURS = ["#339af0", "#ff922b", "#40c057", "#cc5de8"];
@@ -59,6 +60,7 @@ class Charts {
       head.append(close);
       chart.canvas = this.listen(document.createElement("canvas"));
       box.append(head, chart.canvas);
+      box.classList.toggle("two", this.player.runs.length > 1);
       if (this.player.difference) {
         chart.differences = chart.lines.map((line) => Object.assign(document.createElement("span"), { style: `color: ${line.colour}` }));
         const less = Object.assign(document.createElement("div"), { className: "less", textContent: "second less first" });
@@ -128,8 +130,9 @@ class Charts {
     c.fillStyle = colours.field;
     c.fillRect(LEFT, 0, right - LEFT, height);
     Object.assign(c, { font: "11px system-ui, sans-serif", textAlign: "right", textBaseline: "middle", fillStyle: colours.faint });
-    for (const value of new Set([low, low < 0 && high > 0 ? 0 : low, high])) {
-      c.fillText(short(value), LEFT - 5, Math.min(Math.max(y(value), 6), height - 6));
+    for (const value of new Set([low, high, low < 0 && high > 0 ? 0 : low])) {
+      const at = Math.min(Math.max(y(value), 6), height - 6), apart = Math.min(at - 6, height - 6 - at);
+      if (value === low || value === high || apart > TEXT_HEIGHT) c.fillText(short(value), LEFT - 5, at);
       if (value === 0) c.fillRect(LEFT, y(0), right - LEFT, 0.7);
     }
     c.save();

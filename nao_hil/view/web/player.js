@@ -13,6 +13,7 @@ const THEMES = {
 };
 for (const theme of Object.values(THEMES)) theme.event = (event, first) => (first ? EVENTS.fall : (EVENTS[event.kind] ?? "#ff922b"));
 const CAMERA = { azimuth: -0.8, elevation: 0.3, distance: 1.32, shift: [0, 0, 0] };
+const FAR = 1.7; // distance of the camera from two robots, m
 const OVERLAYS = {
   com: ["centre of mass", "and its projection on the ground", "com"],
   capture: ["capture point", "a foot there would bring the robot to rest", "capture"],
@@ -62,12 +63,18 @@ class Player {
     $("subtitle").textContent = runs.map((run) => run.header.subtitle).join(" · ");
     this.time = Math.min(Math.max(this.time, this.first), this.last);
     if (header.live) this.time = this.last;
+    if (runs.length > 1) this.home();
     this.difference = runs.length === 2 ? new DifferenceRun(...runs) : null;
     this.charts.begin();
     this.events();
     if (this.difference) differencesTab(this);
     legend(this);
     jointTable(this);
+  }
+
+  // The camera at its place.
+  home() {
+    Object.assign(this.camera, CAMERA, { shift: [0, 0, 0] }, this.runs.length > 1 ? { distance: FAR } : {});
   }
 
   goTo(time) {
@@ -332,7 +339,7 @@ function controls(player) {
   const sheet = (name) => {
     for (const each of document.querySelectorAll(".sheet")) each.hidden = each.id !== name || !each.hidden;
   };
-  const camera = () => Object.assign(player.camera, CAMERA, { shift: [0, 0, 0] });
+  const camera = () => player.home();
   const acts = { " ": () => player.play(!player.playing), ArrowLeft: () => step(-0.03), ArrowRight: () => step(0.03), c: camera, l: () => player.live && player.follow(), "?": () => sheet("help"), Escape: () => sheet("") };
   $("slider").addEventListener("input", () => player.goTo(Number($("slider").value)));
   $("play").addEventListener("click", acts[" "]);
