@@ -37,7 +37,7 @@ def differences(first: Path, second: Path) -> dict[str, Any]:
     figures = [_flat({k: v for k, v in one.items() if k not in NOT_COMPARED}) for one in contents]
     return {
         "config": config_differences(first, second),
-        "figures": _unequal(*figures, [*figures[0], *figures[1]]),
+        "figures": _unequal(figures, [*figures[0], *figures[1]]),
         "events": event_differences(first, second),
     }
 
@@ -53,7 +53,7 @@ def config_differences(first: Path, second: Path) -> dict[str, list[Any]]:
     configs = [recorded_config(file) or {} for file in (first, second)]
     given = [{k: v for k, v in _flat(config).items() if v not in ("", [])} for config in configs]
     whole = [_defaults(config) | one for config, one in zip(configs, given, strict=True)]
-    return _unequal(*whole, [*given[0], *given[1]])
+    return _unequal(whole, [*given[0], *given[1]])
 
 
 def _defaults(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,8 +123,9 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def _unequal(first: Mapping[str, Any], second: Mapping[str, Any], names: Sequence[str]) -> dict[str, list[Any]]:
-    both = {name: [first.get(name), second.get(name)] for name in dict.fromkeys(names)}
+def _unequal(tables: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, list[Any]]:
+    """Values of both tables under the names under which they are not equal."""
+    both = {name: [table.get(name) for table in tables] for name in dict.fromkeys(names)}
     return {name: values for name, values in both.items() if values[0] != values[1]}
 
 

@@ -176,7 +176,8 @@ def map_(
     task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
     directory = RunDirectory(out)
     directory.write_config(settings)
-    with running_campaign("map", directory, cluster) as (campaign, _):
+    with running_campaign("map", directory, cluster) as (campaign, progress):
+        progress.begin("map", grows=True)
         found = survey(campaign, task, *axes, first_seed, seeds)
     title = f"{settings.robot}, {settings.wear}, {settings.gait} gait, {duration:g} s{few_words(seeds)}"
     data = {
