@@ -145,7 +145,7 @@ def export_run(
         from nao_hil.view.video import write_video
 
         with CampaignProgress(open_console()) as progress:
-            progress.begin("video", unit="pictures")
+            progress.begin("video", unit="parts of half a second")
             write_video(recordings[0], video, begin, end, speed, progress)
         written["video"] = video
     for file in written.values():

@@ -158,6 +158,8 @@ class CampaignProgress:
 
     def expect(self, runs: int) -> None:
         """So many runs more."""
+        if not self._expected:
+            self._began = time.monotonic()
         self._expected += runs
         self._bar.update(self._task, total=self._expected)
 

@@ -115,7 +115,7 @@ def write_video(
         begin: Robot time of the first picture, s.
         end: Of the last; None: the end of the recording.
         speed: Robot time per time of the video.
-        progress: Receives the pictures that are drawn.
+        progress: Receives the batches of pictures that are drawn.
 
     Raises:
         ConfigurationError: not a recording, nothing in that stretch, or no Chromium here.
@@ -133,12 +133,13 @@ def write_video(
         width, height = SIZE
         options = {"width": width, "height": height, "rate": PICTURE_RATE, "bits": BIT_RATE, "theme": "dark"}
         page.evaluate("options => { window.video = new Video(player, options); }", options)
-        progress.expect(len(times))
+        parts = np.array_split(times, -(-len(times) // BATCH_SIZE))
+        progress.expect(len(parts))
         pictures = []
-        for part in np.array_split(times, -(-len(times) // BATCH_SIZE)):
+        for part in parts:
             for when, key, data in page.evaluate("times => video.add(times)", part.tolist()):
                 pictures.append(EncodedPicture(round(1e-3 * when), key, base64.b64decode(data)))
-                progress.done("", "")
+            progress.done("", "")
     write_bytes(file, webm(pictures, SIZE, PICTURE_RATE))
 
 
