@@ -137,7 +137,7 @@ def test_two_runs_that_differ_name_it_and_draw_the_difference_up_to_the_fall(
     chromium: Any, recording: Path, tmp_path: Path, complaints: list[str]
 ) -> None:
     other, file = tmp_path / "other", tmp_path / "two.html"
-    assert run([*WALK, "--seed", "1", "--torso", "robust", "--duration", "3", "--out", str(other)]) == 0
+    assert run([*WALK, "--seed", "1", "--torso", "thesis", "--duration", "3", "--out", str(other)]) == 0
     assert run(["export", str(recording), str(other), "--html", str(file)]) == 0
     page = chromium.new_page(viewport={"width": 1280, "height": 800})
     page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
@@ -153,7 +153,7 @@ def test_two_runs_that_differ_name_it_and_draw_the_difference_up_to_the_fall(
     assert end == pytest.approx(page.evaluate("player.runs[0].header.fall.time"), abs=0.03)
     page.get_by_role("tab", name="Differences").click()
     shown = page.inner_text("section[data-name=Differences]")
-    assert "seed\t0\t1" in shown and "controller.switches.torso\tnone\trobust" in shown
+    assert "seed\t0\t1" in shown and "controller.switches.torso\trobust\tthesis" in shown
     assert "Only in walk" in shown and "is pushed with 5 N s" in shown
     assert complaints == []
     page.close()
