@@ -25,7 +25,7 @@ const OVERLAYS = {
 };
 const KEYS = {
   "Space": "play, pause", "← →": "one picture back, on", "l": "back to the present (live)", "c": "camera back to its place", "?": "this sheet",
-  "Esc": "emergency stop (live; closes an open sheet first)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
+  "Esc": "emergency stop (live; closes an open sheet first)", "Shift + arrows, + −": "turn, nearer, farther (focus on the picture)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
 };
 
 class Player {
@@ -240,6 +240,14 @@ function orbit(player) {
     event.preventDefault();
     nearer(Math.exp(0.001 * event.deltaY));
   }, { passive: false });
+  const keys = { ArrowLeft: () => turn(12, 0), ArrowRight: () => turn(-12, 0), ArrowUp: () => turn(0, 12), ArrowDown: () => turn(0, -12), "+": () => nearer(0.9), "-": () => nearer(1.1) };
+  canvas.addEventListener("keydown", (event) => {
+    const { key } = event;
+    if (!keys[key] || event.ctrlKey || (key.startsWith("Arrow") && !event.shiftKey)) return;
+    keys[key]();
+    event.preventDefault();
+    event.stopPropagation(); // arrows alone move in time
+  });
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
