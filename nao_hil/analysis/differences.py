@@ -79,10 +79,10 @@ def event_differences(first: Path, second: Path) -> list[list[Event]]:
         ConfigurationError: not a recording.
     """
     events = [
-        [
+        sorted(
             (round(symptom.time, 3), symptom.text)
             for symptom in symptoms_of(moments(read_recording(file)), recorded_body(file, default="nao-v3"))
-        ]
+        )
         for file in (first, second)
     ]
     alone = [_alone(events[0], events[1]), _alone(events[1], events[0])]

@@ -9,15 +9,17 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from bridge.errors import ConfigurationError
 from nao_hil import __version__
 from nao_hil.files import write_bytes
-from nao_hil.runs.campaign import Progress
 from nao_hil.view.page import recorded_page
+
+if TYPE_CHECKING:
+    from nao_hil.runs.campaign import Progress
 
 MILLISECOND: Final = 1_000_000
 """ns; the unit of times in the file."""

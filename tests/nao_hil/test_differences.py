@@ -77,6 +77,8 @@ def test_events_of_one_run_only_are_named(tmp_path: Path) -> None:
         pytest.approx(0.2, abs=0.011)
     ]
     assert event_differences(second, second) == []
+    later = event_differences(second, recorded(tmp_path, "c", {}, pushed=30))
+    assert ["pushed" in [text for _, text in events] for events in later] == [True, True]
     lines = titles(config_differences(first, second), alone)
     assert lines[0] == "they differ in seed (0, 1)" and "only in the second: " in lines[1]
 

@@ -30,11 +30,11 @@ class DifferenceRun {
 // The tab "Differences": the configuration in force, and the events of one run only.
 function differencesTab(player) {
   const [first, second] = player.runs, config = JSON.parse($("differences").textContent), rows = Object.entries(config);
-  const words = (value) => (value === null || value?.length === 0 ? "none" : Array.isArray(value) ? value.join(" ") : String(value));
+  const words = (value) => (value === null || value?.length === 0 ? "none" : Array.isArray(value) ? value.join(" ") : String(value).split("/").pop()); // of a file its name
   const cells = (tag, ...texts) => el("tr", {}, ...texts.map((textContent) => el(tag, { textContent })));
   const names = player.runs.map((run) => run.header.title);
   const table = el("table", { className: "words" }, cells("th", "configuration in force", ...names), ...rows.map(([name, values]) => cells("td", name, ...values.map(words))));
-  const alone = (run, other) => run.header.events.filter((event) => !other.header.events.some(({ time, text }) => text === event.text && Math.abs(time - event.time) <= SAME_TIME));
+  const alone = (run, other) => run.header.events.filter((event) => !other.header.events.some(({ time, text }) => text === event.text && Math.abs(time - event.time) <= SAME_TIME)).sort((a, b) => a.time - b.time);
   const list = (run, other) => {
     const items = alone(run, other).map((event) => player.eventRow(event, event.text));
     return [el("h2", { textContent: `Only in ${run.header.title}` }), items.length ? el("ul", { className: "events" }, ...items) : el("p", { className: "faint", textContent: "no event of its own" })];

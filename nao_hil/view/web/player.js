@@ -13,7 +13,7 @@ const THEMES = {
 };
 for (const theme of Object.values(THEMES)) theme.event = (event, first) => (first ? EVENTS.fall : (EVENTS[event.kind] ?? "#ff922b"));
 const CAMERA = { azimuth: -0.8, elevation: 0.3, distance: 1.32, shift: [0, 0, 0] };
-const FAR = 1.7; // distance of the camera from two robots, m
+const FAR = 1.85; // distance of the camera from two robots, m
 const OVERLAYS = {
   com: ["centre of mass", "and its projection on the ground", "com"],
   capture: ["capture point", "a foot there would bring the robot to rest", "capture"],
