@@ -90,8 +90,9 @@ def event_differences(first: Path, second: Path) -> list[list[Event]]:
 
 
 def titles(config: Mapping[str, Sequence[Any]], events: Sequence[Sequence[Event]]) -> list[str]:
-    """Lines for the title of a picture of both: the first differences of each kind."""
-    values = [f"{name} ({value_text(a)}, {value_text(b)})" for name, (a, b) in config.items()]
+    """Lines for the title of a picture of both: the first differences of each kind, files by their names."""
+    texts = {name: [value_text(v).rpartition("/")[2] for v in values] for name, values in config.items()}
+    values = [f"{name} ({', '.join(both)})" for name, both in texts.items()]
     lines = [f"they differ in {_first(values, ', ')}"] if values else []
     for which, alone in zip(("first", "second"), events, strict=False):
         if alone:

@@ -71,7 +71,10 @@ def test_a_recording_of_a_robot_has_no_defaults_of_a_run(tmp_path: Path) -> None
 
 
 def test_events_of_one_run_only_are_named(tmp_path: Path) -> None:
-    first, second = recorded(tmp_path, "a", {}), recorded(tmp_path, "b", {"seed": 1}, pushed=20)
+    first, second = (
+        recorded(tmp_path, "a", {}),
+        recorded(tmp_path, "b", {"scenario": "/away/ice.toml"}, pushed=20),
+    )
     alone = event_differences(first, second)
     assert alone[0] == [] and [time for time, text in alone[1] if text == "pushed"] == [
         pytest.approx(0.2, abs=0.011)
@@ -80,7 +83,7 @@ def test_events_of_one_run_only_are_named(tmp_path: Path) -> None:
     later = event_differences(second, recorded(tmp_path, "c", {}, pushed=30))
     assert ["pushed" in [text for _, text in events] for events in later] == [True, True]
     lines = titles(config_differences(first, second), alone)
-    assert lines[0] == "they differ in seed (0, 1)" and "only in the second: " in lines[1]
+    assert lines[0] == "they differ in scenario (flat, ice.toml)" and "only in the second: " in lines[1]
 
 
 def test_the_difference_is_drawn_on_common_time_up_to_a_fall() -> None:
