@@ -135,6 +135,8 @@ class Paired(msgspec.Struct, frozen=True, kw_only=True):
     neither: int
     difference: float
     """Ratio that survived with, less that without."""
+    interval: tuple[float, float]
+    """95 % interval of the difference."""
     p_value: float
     """Exact McNemar test, two-sided: how likely so lopsided a split of the discordant pairs is by chance."""
 
@@ -159,8 +161,38 @@ def paired(with_: Sequence[bool], without: Sequence[bool]) -> Paired:
         only_without=only_without,
         neither=pairs.count((False, False)),
         difference=(only_with - only_without) / n if n else 0.0,
+        interval=paired_interval(pairs.count((True, True)), only_with, only_without, n),
         p_value=mcnemar(only_with, only_without),
     )
+
+
+def paired_interval(both: int, only_first: int, only_second: int, n: int) -> tuple[float, float]:
+    """95 % interval of the difference of two shares of the same units, the first less the second.
+
+    Source: Newcombe, Improved confidence intervals for the difference between binomial proportions based on
+    paired data, Statistics in Medicine 17 (1998) 2635, method 10: Wilson's intervals of both shares and the
+    correlation of the pairs.
+
+    Args:
+        both: Pairs that succeeded in both conditions.
+        only_first: In the first only.
+        only_second: In the second only.
+        n: Pairs; for none the interval is (-1, 1).
+    """
+    if not n:
+        return -1.0, 1.0
+    first, second, neither = both + only_first, both + only_second, n - both - only_first - only_second
+    p, q = first / n, second / n
+    (p_low, p_high), (q_low, q_high) = wilson(first, n), wilson(second, n)
+    product, excess = first * (n - first) * second * (n - second), both * neither - only_first * only_second
+    lessened = max(excess - 0.5 * n, 0.0) if excess > 0 else excess
+    correlation = lessened / math.sqrt(product) if product else 0.0
+
+    def half(a: float, b: float) -> float:
+        """Half of the width, given the halves of the shares' own intervals."""
+        return math.sqrt(max(a * a - 2.0 * correlation * a * b + b * b, 0.0))
+
+    return p - q - half(p - p_low, q_high - q), p - q + half(p_high - p, q - q_low)
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
@@ -172,6 +204,19 @@ def mcnemar(only_first: int, only_second: int) -> float:
     """
     n = only_first + only_second
     return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """p-values of several tests, corrected so that the chance of any false finding stays below the level.
+
+    Source: Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6
+    (1979) 65.
+    """
+    corrected, largest = [1.0] * len(p_values), 0.0
+    for rank, i in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
+        corrected[i] = largest
+    return corrected
 
 
 class Estimate(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

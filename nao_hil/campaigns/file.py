@@ -14,7 +14,7 @@ import msgspec
 from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from emulator.scenarios import load_scenario
-from nao_hil.analysis.statistics import wilson
+from nao_hil.analysis.statistics import share_of
 from nao_hil.campaigns.quantities import changed_all
 from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
@@ -96,21 +96,13 @@ class CampaignCell:
 
     def __init__(self, point: dict[str, Any]) -> None:
         self.point = point
-        self.n = self.survived = 0
-        self._speeds: list[float] = []
-
-    def add(self, end: WalkEnd) -> None:
-        """A walk of it."""
-        self.n += 1
-        self.survived += end.survived
-        self._speeds.append(end.speed)
+        self.ends: dict[int, WalkEnd] = {}
+        """By seed."""
 
     def summary(self) -> dict[str, Any]:
         """For JSON; the interval is Wilson's, 95 %."""
-        return {
-            "point": self.point,
-            "n": self.n,
-            "survived": self.survived,
-            "interval": wilson(self.survived, self.n),
-            "speed": statistics.median(self._speeds) if self._speeds else None,
+        share = share_of([end.survived for end in self.ends.values()])
+        speeds = [end.speed for end in self.ends.values()]
+        return {"point": self.point, **msgspec.structs.asdict(share)} | {
+            "speed": statistics.median(speeds) if speeds else None
         }

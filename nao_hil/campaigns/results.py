@@ -27,6 +27,8 @@ class QueryResult(NamedTuple):
 def ask(query: str, folder: Path) -> QueryResult:
     """Answer a query about the view `walks`: every walk of every data set below a folder, each key once.
 
+    `mcnemar(only_first, only_second)` is a function of the language.
+
     Args:
         query: SQL as DuckDB has it.
         folder: Searched with all below it; rows of campaigns that still run are seen too.
@@ -39,6 +41,8 @@ def ask(query: str, folder: Path) -> QueryResult:
         import duckdb
     except ModuleNotFoundError:
         raise ConfigurationError("`results` needs duckdb; install nao-hil[campaign].") from None
+    from nao_hil.analysis.statistics import mcnemar  # imported late: SciPy takes time
+
     parts = sorted(map(str, folder.rglob("part-*.parquet")))
     journals = sorted(str(path) for path in folder.rglob("journal/*.jsonl") if path.stat().st_size)
     if not parts and not journals:
@@ -58,6 +62,7 @@ def ask(query: str, folder: Path) -> QueryResult:
         "WHERE key IS NOT NULL"
     )
     with duckdb.connect() as connection:
+        connection.create_function("mcnemar", mcnemar, ["BIGINT", "BIGINT"], "DOUBLE")
         connection.execute(view)
         try:
             statements = connection.extract_statements(query)

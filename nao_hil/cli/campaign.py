@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -17,6 +19,9 @@ from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.cli.progress import running_campaign
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
+
+if TYPE_CHECKING:
+    from nao_hil.campaigns.comparisons import CellComparison
 
 Quantity = Annotated[
     str,
@@ -31,12 +36,15 @@ def campaign(
 ) -> Answer:
     """Walk every combination of the axes in a file with every seed, and count who walks on.
 
+    Combinations that differ in one quantity are compared in pairs of walks with the same seed.
+
     The same command with the same --out continues after a stop. Exit code 130: stopped. A walk
     that fails is named at the end; the others count.
 
     Example: nao-hil campaign slopes.toml --out runs/slopes --cluster tcp://10.0.0.1:8786
     """
     from nao_hil.analysis.statistics import few_words
+    from nao_hil.campaigns.comparisons import comparisons
     from nao_hil.campaigns.file import CampaignCell, load_campaign
 
     asked = load_campaign(file)
@@ -49,9 +57,9 @@ def campaign(
         progress.expect(len(cells) * asked.seeds)
         try:
             for place, result in running.stream(asked.walks(cells)):
-                counts[place % len(cells)].add(result.end)
+                counts[place % len(cells)].ends[result.seed] = result.end
         except NaoHilError as error:
-            if not any(cell.n for cell in counts):
+            if not any(cell.ends for cell in counts):
                 raise
             failure = error
     title = f"{file.stem}{few_words(asked.seeds)}"
@@ -61,11 +69,14 @@ def campaign(
         "interrupted": running.interrupted,
         "error": None if failure is None else str(failure),
         "cells": [cell.summary() for cell in counts],
+        "comparisons": msgspec.to_builtins(compared := comparisons(counts)),
     }
     directory.write_summary(data)
     if running.interrupted and failure is None:
         open_console().print(f"Stopped; the same command with --out {directory.path} goes on.", highlight=False)
-    return Answer(data, _table(title, data["cells"]), 130 if running.interrupted else 0, failure)
+    tables = [_table(title, data["cells"]), *([_comparison_table(compared)] if compared else [])]
+    show = partial(open_console(stderr=False).print, *tables)
+    return Answer(data, show, 130 if running.interrupted else 0, failure)
 
 
 def _table(title: str, cells: list[dict[str, Any]]) -> Table:
@@ -77,6 +88,28 @@ def _table(title: str, cells: list[dict[str, Any]]) -> Table:
             f"{cell['survived']} of {cell['n']}",
             f"{100 * low:.0f} to {100 * high:.0f} %",
             "" if cell["speed"] is None else f"{cell['speed']:.3f}",
+        )
+    return table
+
+
+def _comparison_table(compared: Sequence[CellComparison]) -> Table:
+    from nao_hil.analysis.statistics import percent
+
+    table = Table(
+        *("compared", "at", "pairs", "only it walks on", "only the other", "difference, 95 %", "p", "m/s"),
+        title="In pairs, on the same seeds",
+        caption=f"Difference of the shares that walk on (Newcombe 1998); p of McNemar's exact test, corrected "
+        f"for {len(compared)} comparisons (Holm 1979); m/s: where both walk on.",
+    )
+    for each in compared:
+        pair = each.survived
+        table.add_row(
+            f"{each.quantity} {each.value} against {each.against}",
+            ", ".join(f"{name} {value}" for name, value in each.at.items()),
+            *map(str, (pair.n, pair.only_with, pair.only_without)),
+            f"{100 * pair.difference:+.0f} ({percent(pair.interval)})",
+            f"{each.p_value:.2g}",
+            each.speed.words(),
         )
     return table
 
@@ -143,7 +176,8 @@ def map_(
     task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
     directory = RunDirectory(out)
     directory.write_config(settings)
-    with running_campaign("map", directory, cluster) as (campaign, _):
+    with running_campaign("map", directory, cluster) as (campaign, progress):
+        progress.begin("map", grows=True)
         found = survey(campaign, task, *axes, first_seed, seeds)
     title = f"{settings.robot}, {settings.wear}, {settings.gait} gait, {duration:g} s{few_words(seeds)}"
     data = {

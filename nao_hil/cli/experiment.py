@@ -107,7 +107,7 @@ def experiment(
     with running_campaign(names[0], directory, cluster) as (campaign, progress):
         runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration, gait)
         for each in names:
-            progress.begin(each)
+            progress.begin(each, grows=True)
             runner.run(each, directory.path / each if name == ALL else directory.path)
     data = runner.summary(name)
     directory.write_summary(data)

@@ -141,9 +141,12 @@ def export_run(
         write_text(page, recorded_page(recordings)[0])
         written["html"] = page
     if video is not None:
+        from nao_hil.cli.progress import CampaignProgress
         from nao_hil.view.video import write_video
 
-        write_video(recordings[0], video, begin, end, speed)
+        with CampaignProgress(open_console()) as progress:
+            progress.begin("video", unit="parts of half a second")
+            write_video(recordings[0], video, begin, end, speed, progress)
         written["video"] = video
     for file in written.values():
         size = 1e-6 * file.stat().st_size

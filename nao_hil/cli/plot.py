@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
@@ -17,6 +17,7 @@ from nao_hil.cli.console import Answer, open_console
 from nao_hil.runs.folder import RECORDING
 
 if TYPE_CHECKING:
+    from nao_hil.analysis.differences import Event
     from nao_hil.runs.run import Run
 
 NAMED: Final = 3
@@ -47,7 +48,8 @@ def plot(
 ) -> Answer:
     """Draw plots of recordings, one file each, FILE-NAME.png; later recordings are dashed over the first.
 
-    Those of several are named after their runs, RUN-and-RUN-NAME.png.
+    Those of several are named after their runs, RUN-and-RUN-NAME.png. Those of two name what differs, and those
+    over time draw the second less the first, up to a fall.
 
     Three of them, or those of --what. Bands mark single supports (blue on the left foot, red on the right),
     dotted lines what happened in the world, red lines falls; the axes show the range of a robot on its feet,
@@ -60,6 +62,7 @@ def plot(
     names = chosen(what)
     options.check_stretch(begin, end)
     try:
+        from nao_hil.analysis.differences import titles
         from nao_hil.analysis.plots.draw import draw, missing
     except ModuleNotFoundError as error:
         raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[analysis]'.") from None
@@ -68,6 +71,7 @@ def plot(
     written: list[Path] = []
     with console.status(f"reading {files[0]}") as status:
         runs = [_labelled(file, robot, begin, end) for file in files]
+        config, events = _differences(files)
         folder = out if out is not None else files[0].parent
         _make(folder)
         for name in names:
@@ -75,10 +79,20 @@ def plot(
                 continue
             status.update(f"drawing {name}")
             written.append(folder / f"{_stem(files)}-{name}.{form}")
-            draw(runs, name, written[-1])
+            draw(runs, name, written[-1], titles(config, events))
     for path in written:
         console.print(f"written to {path}", soft_wrap=True)
-    return Answer({"files": [str(path) for path in written]})
+    differ = {"differences": {"config": config, "events": events}} if len(files) == 2 else {}
+    return Answer({"files": [str(path) for path in written]} | differ)
+
+
+def _differences(files: Sequence[Path]) -> tuple[dict[str, list[Any]], list[list[Event]]]:
+    """Of two recordings; none of other numbers of them."""
+    from nao_hil.analysis.differences import config_differences, event_differences
+
+    if len(files) != 2:
+        return {}, []
+    return config_differences(*files), event_differences(*files)
 
 
 def _labelled(file: Path, robot: str | None, begin: float, end: float | None) -> tuple[Run, str]:

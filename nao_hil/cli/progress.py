@@ -131,25 +131,35 @@ class CampaignProgress:
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
-            TextColumn("left"),
+            TextColumn("{task.fields[left]}"),
             TimeRemainingColumn(),
             TextColumn("{task.fields[note]}"),
             console=console,
             transient=True,
             disable=not console.is_terminal,
         )
-        self._task = self._bar.add_task("", total=0, note="")
+        self._task = self._bar.add_task("", total=0, note="", left="left")
         self._expected = self._done = 0
-        self._title, self._began = "", time.monotonic()
+        self._title, self._unit, self._least, self._began = "", "runs", "", time.monotonic()
         self._next_line = time.monotonic() + CAMPAIGN_LINE_INTERVAL
 
-    def begin(self, title: str) -> None:
-        """An experiment begins."""
-        self._title, self._expected, self._done, self._began = title, 0, 0, time.monotonic()
-        self._bar.reset(self._task, total=0, description=title, note="")
+    def begin(self, title: str, *, unit: str = "runs", grows: bool = False) -> None:
+        """An experiment begins.
+
+        Args:
+            title: Of the progress.
+            unit: Of what is counted.
+            grows: More may come, by the results: the time left is a lower bound.
+        """
+        self._title, self._unit, self._least = title, unit, "at least " if grows else ""
+        self._expected, self._done, self._began = 0, 0, time.monotonic()
+        left = f"left: {self._least}".strip()
+        self._bar.reset(self._task, total=0, description=title, note="", left=left)
 
     def expect(self, runs: int) -> None:
         """So many runs more."""
+        if not self._expected:
+            self._began = time.monotonic()
         self._expected += runs
         self._bar.update(self._task, total=self._expected)
 
@@ -161,7 +171,8 @@ class CampaignProgress:
         if not self._console.is_terminal and time.monotonic() > self._next_line:
             self._next_line = time.monotonic() + CAMPAIGN_LINE_INTERVAL
             self._console.print(
-                f"{self._title}: {self._done} of {self._expected} runs, {self._left()} left; last {words}",
+                f"{self._title}: {self._done} of {self._expected} {self._unit}, "
+                f"{self._least}{self._left()} left{'; last ' if words else ''}{words}",
                 highlight=False,
             )
 

@@ -112,7 +112,8 @@ def _improve(
     kept = studies.open_study(url, dimensions, ensemble)
     if (before := studies.shipped(dimensions, ensemble)) is not None:
         studies.enqueue(kept, before)
-    with running_campaign("tune", directory, cluster) as (campaign, _):
+    with running_campaign("tune", directory, cluster) as (campaign, progress):
+        progress.begin("tune", grows=True)
 
         def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:
             done = campaign.walk(walks)

@@ -51,15 +51,13 @@ def view(
     """
     os.nice(NICENESS)  # of this thread, and of those that it starts from here on
     replay = [recording_of(file) for file in replay or ()]
-    shown = recorded_page(replay) if replay else page(f"nao-hil: {name}")  # raises before there is a server
     stop = stop_event()
     console = open_console()
     door = open_door(host)
     from nao_hil.view.server import PageServer  # imported late: the walker's plans come with it
 
-    shown = (
-        recorded_page(replay) if replay else page(f"nao-hil: {name}")
-    )  # before the page: it may be no recording
+    # raises before there is a server
+    shown = recorded_page(replay) if replay else page(f"nao-hil: {name}")
     server = PageServer(host, port, door.access, door.tls)
     server.show(*shown)
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)

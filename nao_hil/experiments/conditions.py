@@ -166,7 +166,8 @@ def pair_words(pair: Paired) -> str:
     """As text for the report."""
     return (
         f"Same seeds: {pair.both} walk on in both conditions, {pair.only_with} only with, {pair.only_without} "
-        f"only without, {pair.neither} in neither; exact McNemar p = {pair.p_value:.2g}."
+        f"only without, {pair.neither} in neither: {100 * pair.difference:+.0f} % "
+        f"({percent(pair.interval)}), exact McNemar p = {pair.p_value:.2g}."
     )
 
 

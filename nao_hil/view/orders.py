@@ -100,7 +100,8 @@ class Driving:
                     session.take([])
                     return
                 if session.walks:
-                    session.end()
+                    with contextlib.suppress(WalkRefused):  # the walker has lost its robot
+                        session.order(WalkCommand(op="stop"))
                 self._session = None
 
 

@@ -5,21 +5,25 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "live.js", "video.js", "player.js")
+SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "compare.js", "live.js", "video.js", "player.js")
 WEB: Final = Path(__file__).parent / "web"
 
 
-def page(title: str, runs: Sequence[bytes] = ()) -> tuple[str, str]:
+def page(
+    title: str, runs: Sequence[bytes] = (), differences: Mapping[str, Sequence[Any]] | None = None
+) -> tuple[str, str]:
     """The page, and the Content-Security-Policy under which it works.
 
     Args:
         title: Of the browser's tab.
         runs: Packed runs that it holds; none: it asks its server for a live one.
+        differences: Of two runs' configurations, both values by name.
     """
     script = "\n".join((WEB / name).read_text(encoding="utf-8") for name in SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(f"\n{script}\n".encode()).digest()).decode()
@@ -29,7 +33,9 @@ def page(title: str, runs: Sequence[bytes] = ()) -> tuple[str, str]:
     )
     texts = (base64.b64encode(run).decode() for run in runs)
     data = "\n".join(f'<script type="application/octet-stream">{text}</script>' for text in texts)
-    fields = {"title": html.escape(title), "policy": policy, "runs": data, "script": script}
+    differing = json.dumps(differences or {}).replace("<", "\\u003c")  # ends no script
+    fields = {"title": html.escape(title), "policy": policy, "runs": data, "differences": differing}
+    fields["script"] = script
     text = (WEB / "page.html").read_text(encoding="utf-8")
     return re.sub(r"@(\w+)@", lambda field: fields[field[1]], text), policy
 
@@ -41,6 +47,7 @@ def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
         ConfigurationError: not a recording, or an empty one.
     """
     # imported late: the analysis takes time, and the live page is served before
+    from nao_hil.analysis.differences import config_differences
     from nao_hil.runs.folder import RECORDING
     from nao_hil.runs.run import load
     from nao_hil.view.recorded_run import recorded_rows
@@ -51,4 +58,5 @@ def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
         recorded_rows(load(file), title, recorded_world(file))
         for file, title in zip(recordings, titles, strict=True)
     ]
-    return page(" · ".join(titles), runs)
+    differences = config_differences(*recordings) if len(recordings) == 2 else None
+    return page(" · ".join(titles), runs, differences)

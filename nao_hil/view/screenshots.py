@@ -87,6 +87,7 @@ class Photographer:
         with self._served(["view", "--replay", str(walk), "--replay", str(fall)]) as page:
             page.evaluate("player.goTo(5.2)")
             self._shoot(page, "two", "Charts")
+            self._shoot(page, "two-differences", "Differences")
 
     def _recorded(self, name: str, scenario: str = "") -> Path:
         """A walk, in a world of its own."""

@@ -9,16 +9,17 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
 
 from bridge.errors import ConfigurationError
 from nao_hil import __version__
 from nao_hil.files import write_bytes
 from nao_hil.view.page import recorded_page
+
+if TYPE_CHECKING:
+    from nao_hil.runs.campaign import Progress
 
 MILLISECOND: Final = 1_000_000
 """ns; the unit of times in the file."""
@@ -105,7 +106,9 @@ def _number(name: str, value: int) -> bytes:
     return _element(name, struct.pack(">Q", value))
 
 
-def write_video(recording: Path, file: Path, begin: float, end: float | None, speed: float) -> None:
+def write_video(
+    recording: Path, file: Path, begin: float, end: float | None, speed: float, progress: Progress
+) -> None:
     """Write a stretch of a recording as WebM (VP9).
 
     Args:
@@ -114,6 +117,7 @@ def write_video(recording: Path, file: Path, begin: float, end: float | None, sp
         begin: Robot time of the first picture, s.
         end: Of the last; None: the end of the recording.
         speed: Robot time per time of the video.
+        progress: Receives the batches of pictures that are drawn.
 
     Raises:
         ConfigurationError: not a recording, nothing in that stretch, or no Chromium here.
@@ -132,11 +136,12 @@ def write_video(recording: Path, file: Path, begin: float, end: float | None, sp
         options = {"width": width, "height": height, "rate": PICTURE_RATE, "bits": BIT_RATE, "theme": "dark"}
         page.evaluate("options => { window.video = new Video(player, options); }", options)
         parts = np.array_split(times, -(-len(times) // BATCH_SIZE))
-        pictures = [
-            EncodedPicture(round(1e-3 * when), key, base64.b64decode(data))
-            for part in track(parts, "drawing", console=Console(stderr=True), transient=True)
-            for when, key, data in page.evaluate("times => video.add(times)", part.tolist())
-        ]
+        progress.expect(len(parts))
+        pictures = []
+        for part in parts:
+            for when, key, data in page.evaluate("times => video.add(times)", part.tolist()):
+                pictures.append(EncodedPicture(round(1e-3 * when), key, base64.b64decode(data)))
+            progress.done("", "")
     write_bytes(file, webm(pictures, SIZE, PICTURE_RATE))
 
 

@@ -194,4 +194,9 @@ def test_a_campaign_shows_the_time_left(
         progress.begin("slopes")
         progress.expect(4)
         progress.done("seed 0", "")
-    assert re.search(r"1 of 4 runs, 0:\d\d:\d\d left", capsys.readouterr().err)
+        progress.begin("map", unit="parts", grows=True)
+        progress.expect(2)
+        progress.done("", "")
+    shown = capsys.readouterr().err
+    assert re.search(r"1 of 4 runs, 0:\d\d:\d\d left; last seed 0", shown)
+    assert re.search(r"1 of 2 parts, at least 0:\d\d:\d\d left$", shown, re.MULTILINE)

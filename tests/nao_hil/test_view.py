@@ -358,6 +358,27 @@ def test_each_way_of_driving_is_kept_alive_and_stopped_once_no_page_is_open(
     assert len(commands.sent) == sent
 
 
+def test_a_stop_that_was_not_answered_is_sent_again(
+    order: Callable[..., tuple[str, bool]],
+    commands: FakeCommands,
+    driving: Driving,
+    lookers: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    order("steer", velocity=[0.2, 0, 0])
+    lookers.clear()
+
+    def silent(_: WalkCommand) -> WalkStatus:
+        raise LinkError("no answer")
+
+    with monkeypatch.context() as lost:
+        lost.setattr(commands, "send", silent)
+        driving.keep_alive()
+    driving.keep_alive()
+    driving.keep_alive()
+    assert [c for c in commands.sent if c.op == "stop"] == [WalkCommand(op="stop")]
+
+
 def test_a_walk_that_another_client_stopped_is_not_begun_again(
     order: Callable[..., tuple[str, bool]],
     commands: FakeCommands,

@@ -20,6 +20,7 @@ from tests.loops import until
 
 pytestmark = pytest.mark.browser
 
+WALK = ["up", "--mode", "in-process", "--gait", "static"]
 SIZES = [(1280, 800), (390, 844)]
 
 
@@ -29,8 +30,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
     scenario = folder / "push.toml"
     scenario.write_text("[[pushes]]\ntime = 2.0\nimpulse = 5.0\ndirection = 90.0\n")
-    walk = ["up", "--mode", "in-process", "--gait", "static", "--scenario", str(scenario)]
-    assert run([*walk, "--out", str(folder / "walk")]) == 1
+    assert run([*WALK, "--scenario", str(scenario), "--out", str(folder / "walk")]) == 1
     return folder / "walk"
 
 
@@ -126,6 +126,35 @@ def test_two_runs_are_shown_side_by_side_with_their_charts_over_each_other(
     assert first - second == pytest.approx(0.6)
     until(lambda: page.locator("#labels span").count() == 2, "the names of both")
     until(lambda: "/" in page.locator(".chart").first.inner_text(), "values of both")
+    page.get_by_role("tab", name="Differences").click()
+    assert "The configurations are the same." in page.inner_text("section[data-name=Differences]")
+    assert page.locator("section[data-name=Differences] li").count() == 0
+    assert complaints == []
+    page.close()
+
+
+def test_two_runs_that_differ_name_it_and_draw_the_difference_up_to_the_fall(
+    chromium: Any, recording: Path, tmp_path: Path, complaints: list[str]
+) -> None:
+    other, file = tmp_path / "other", tmp_path / "two.html"
+    assert run([*WALK, "--seed", "1", "--torso", "thesis", "--duration", "3", "--out", str(other)]) == 0
+    assert run(["export", str(recording), str(other), "--html", str(file)]) == 0
+    page = chromium.new_page(viewport={"width": 1280, "height": 800})
+    page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+    page.goto(f"file://{file}#t=1.5")
+    page.wait_for_selector("body[data-ready=yes]")
+    until(lambda: page.locator(".less").first.inner_text().startswith("second less first"), "the difference")
+    by_page, by_hand = page.evaluate(
+        "(() => { const [a, b] = player.runs, d = player.difference, t = 1.5, k = a.signal['torso pitch'];"
+        "return [d.value(d.row(t), k), b.value(b.row(t), k) - a.value(a.row(t), k)] })()"
+    )
+    assert by_page == pytest.approx(by_hand, abs=1e-3)
+    end = page.evaluate("player.difference.time(player.difference.count - 1)")
+    assert end == pytest.approx(page.evaluate("player.runs[0].header.fall.time"), abs=0.03)
+    page.get_by_role("tab", name="Differences").click()
+    shown = page.inner_text("section[data-name=Differences]")
+    assert "seed\t0\t1" in shown and "controller.switches.torso\trobust\tthesis" in shown
+    assert "Only in walk" in shown and "is pushed with 5 N s" in shown
     assert complaints == []
     page.close()
 

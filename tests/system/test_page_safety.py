@@ -160,6 +160,13 @@ def test_keys_of_a_control_are_its_own_and_escape_is_the_emergency_stop(served: 
         until(lambda: len(served.orders) == 2, "two keys")
         assert [order["key"] for order in served.orders] == ["w", " "]
         page.get_by_label("drive by keys and gamepad").is_checked()
+        page.locator("#scene").focus()
+        camera = page.evaluate("({...player.camera})")
+        for key in ("Shift+ArrowLeft", "Shift+ArrowUp", "+"):
+            page.keyboard.press(key)
+        turned = page.evaluate("({...player.camera})")
+        assert turned["azimuth"] < camera["azimuth"] and turned["elevation"] > camera["elevation"]
+        assert turned["distance"] < camera["distance"] and page.evaluate("player.following")
         for control in ("robot time", "steps, 0: no end", "gait"):
             page.get_by_label(control, exact=True).focus()
             page.keyboard.press("ArrowLeft")

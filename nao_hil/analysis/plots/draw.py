@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,6 +14,7 @@ from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.analysis.plots import PLOTS
 from nao_hil.analysis.plots.balance_figures import com, margin, path, plane, torso, zmp
+from nao_hil.analysis.plots.difference import MARK, draw_difference, over_time
 from nao_hil.analysis.plots.motion_figures import (
     admittance,
     cells,
@@ -48,8 +50,6 @@ FIGURES: Final[dict[str, tuple[Callable[[Run, Figure], None], tuple[float, float
 """Name -> how it is drawn, its size in inches, and the topics without which there is nothing to draw."""
 DASHED: Final = {"dashed: ": "--", "dotted: ": ":", "dash-dotted: ": "-."}
 """Line styles of the second and later runs."""
-MARK: Final = 2
-"""Points of a line that marks a time."""
 
 
 def missing(run: Run, name: str) -> list[str]:
@@ -63,13 +63,14 @@ def missing(run: Run, name: str) -> list[str]:
     return [topic for topic in FIGURES[name][2] if not run[topic].rows]
 
 
-def draw(runs: Sequence[tuple[Run, str]], name: str, file: Path) -> None:
-    """Draw one plot; the file's suffix gives the format.
+def draw(runs: Sequence[tuple[Run, str]], name: str, file: Path, differ: Sequence[str] = ()) -> None:
+    """Draw one plot; the file's suffix gives the format. Of two runs over time it has their difference too.
 
     Args:
         runs: Each run with its title; curves of the second and later ones are dashed over the first's.
         name: Of `nao_hil.analysis.plots.PLOTS`.
         file: To write.
+        differ: Lines of the title that name what differs.
 
     Raises:
         ConfigurationError: unknown name, nothing recorded that it could show, or no place to write to.
@@ -78,19 +79,26 @@ def draw(runs: Sequence[tuple[Run, str]], name: str, file: Path) -> None:
         if lacking := missing(run, name):
             nothing = f"nothing of {lacking[0]} was recorded"
             raise ConfigurationError(f"{title}: there is no plot `{name}`: {nothing}.")
-    make, size, _ = FIGURES[name]
-    figure = Figure(figsize=size, layout="constrained")
+    make, (width, height), _ = FIGURES[name]
     shows, first = PLOTS[name], runs[0][0]
-    titles = "\n".join(f"{style}{title}" for style, (_, title) in zip(("", *DASHED), runs, strict=False))
-    figure.suptitle(f"{shows[0].upper()}{shows[1:]}\n{titles}", fontsize=10)
-    make(first, figure)
-    for (other, _), dashes in zip(runs[1:], DASHED.values(), strict=False):
-        second = Figure(figsize=size)
+    others = [Figure(figsize=(width, height)) for _ in runs[1:]]
+    for (other, _), second in zip(runs[1:], others, strict=True):
         make(other, second)
+    two = len(runs) == 2 and over_time(others[0])
+    whole = Figure(figsize=(1.8 * width if two else width, height), layout="constrained")
+    parts = whole.subfigures(1, 2, width_ratios=(5, 4)) if two else (whole, whole)
+    figure, panel = (cast(Figure, part) for part in parts)  # all that is drawn takes either
+    titles = "\n".join(f"{style}{title}" for style, (_, title) in zip(("", *DASHED), runs, strict=False))
+    whole.suptitle("\n".join((f"{shows[0].upper()}{shows[1:]}", titles, *differ)), fontsize=10)
+    make(first, figure)
+    if two:
+        falls = [each.fell for each, _ in runs if each.fell is not None]
+        draw_difference(figure, others[0], panel, min(falls, default=math.inf))
+    for second, dashes in zip(others, DASHED.values(), strict=False):
         _overlay(figure, second, dashes)
     fit_to_walk(first, figure)
     explain_marks(first, figure)
-    save_figure(figure, file)
+    save_figure(whole, file)
 
 
 def _overlay(figure: Figure, other: Figure, dashes: str) -> None:

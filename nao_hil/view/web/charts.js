@@ -2,6 +2,7 @@
 "use strict";
 
 const LEFT = 36, RIGHT = 6, PHASE_HEIGHT = 16, SCALE_HEIGHT = 18; // pixels
+const TEXT_HEIGHT = 11; // pixels
 const AHEAD_SHARE = 0.3; // share of the window after the moment, in a replay
 const MAX_GAP = 0.3; // s between two rows from which on a curve ends
 const ADDED_COLOURS = ["#339af0", "#ff922b", "#40c057", "#cc5de8"];
@@ -59,6 +60,14 @@ class Charts {
       head.append(close);
       chart.canvas = this.listen(document.createElement("canvas"));
       box.append(head, chart.canvas);
+      box.classList.toggle("two", this.player.runs.length > 1);
+      if (this.player.difference) {
+        chart.differences = chart.lines.map((line) => Object.assign(document.createElement("span"), { style: `color: ${line.colour}` }));
+        const less = Object.assign(document.createElement("div"), { className: "less", textContent: "second less first" });
+        less.append(...chart.differences);
+        chart.differenceCanvas = this.listen(document.createElement("canvas"));
+        box.append(less, chart.differenceCanvas);
+      }
       return box;
     });
     const phases = document.createElement("div"), head = document.createElement("div"), title = document.createElement("b");
@@ -103,22 +112,27 @@ class Charts {
     for (const chart of this.list) {
       const labels = this.paint(fit(chart.canvas, chart.height, software), chart, chart.canvas.clientWidth, chart.height, colours);
       labels.forEach((word, i) => (chart.labels[i].textContent = word));
+      const { difference } = this.player;
+      if (!difference) continue;
+      const less = this.paint(fit(chart.differenceCanvas, DIFFERENCE_HEIGHT, software), { ...chart, least: null, most: [null, null] }, chart.canvas.clientWidth, DIFFERENCE_HEIGHT, colours, [difference]);
+      less.forEach((word, i) => (chart.differences[i].textContent = word));
     }
     const height = PHASE_HEIGHT * this.player.runs.length + SCALE_HEIGHT;
     this.phaseWord.textContent = this.paintPhases(fit(this.phaseCanvas, height, software), this.phaseCanvas.clientWidth, colours) ?? "";
   }
 
   // One chart at the origin of a canvas; returns its values at the moment that is read.
-  paint(c, chart, width, height, colours) {
+  paint(c, chart, width, height, colours, runs = this.player.runs) {
     const right = width - RIGHT, x = (time) => LEFT + ((time - this.start) / this.span) * (right - LEFT);
     this.x = x;
-    const [low, high] = this.range(chart);
+    const [low, high] = this.range(chart, runs);
     const y = (value) => ((high - Math.min(Math.max(value, low), high)) / (high - low)) * height;
     c.fillStyle = colours.field;
     c.fillRect(LEFT, 0, right - LEFT, height);
     Object.assign(c, { font: "11px system-ui, sans-serif", textAlign: "right", textBaseline: "middle", fillStyle: colours.faint });
-    for (const value of new Set([low, low < 0 && high > 0 ? 0 : low, high])) {
-      c.fillText(short(value), LEFT - 5, Math.min(Math.max(y(value), 6), height - 6));
+    for (const value of new Set([low, high, low < 0 && high > 0 ? 0 : low])) {
+      const at = Math.min(Math.max(y(value), 6), height - 6), apart = Math.min(at - 6, height - 6 - at);
+      if (value === low || value === high || apart > TEXT_HEIGHT) c.fillText(short(value), LEFT - 5, at);
       if (value === 0) c.fillRect(LEFT, y(0), right - LEFT, 0.7);
     }
     c.save();
@@ -126,7 +140,7 @@ class Charts {
     c.rect(LEFT, 0, right - LEFT, height);
     c.clip();
     const labels = chart.lines.map((line) => `${line.name}`);
-    this.player.runs.forEach((run, number) => {
+    runs.forEach((run, number) => {
       const from = run.row(this.start), to = run.row(this.start + this.span);
       c.setLineDash(number ? [5, 3] : []);
       chart.lines.forEach((line, i) => {
@@ -150,11 +164,11 @@ class Charts {
     return labels;
   }
 
-  range(chart) {
+  range(chart, runs) {
     const automatic = chart.least === null;
     let [low, high] = automatic ? [Infinity, -Infinity] : chart.least;
     const step = automatic ? 0 : 0.5 * (high - low); // the range grows by this
-    for (const run of this.player.runs) {
+    for (const run of runs) {
       const from = run.row(this.start), to = run.row(this.start + this.span);
       for (const line of chart.lines)
         for (let i = from, column = run.signal[line.signal]; i <= to && run.count; i++) {

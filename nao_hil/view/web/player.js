@@ -13,6 +13,7 @@ const THEMES = {
 };
 for (const theme of Object.values(THEMES)) theme.event = (event, first) => (first ? EVENTS.fall : (EVENTS[event.kind] ?? "#ff922b"));
 const CAMERA = { azimuth: -0.8, elevation: 0.3, distance: 1.32, shift: [0, 0, 0] };
+const FAR = 1.85; // distance of the camera from two robots, m
 const OVERLAYS = {
   com: ["centre of mass", "and its projection on the ground", "com"],
   capture: ["capture point", "a foot there would bring the robot to rest", "capture"],
@@ -24,7 +25,7 @@ const OVERLAYS = {
 };
 const KEYS = {
   "Space": "play, pause", "← →": "one picture back, on", "l": "back to the present (live)", "c": "camera back to its place", "?": "this sheet",
-  "Esc": "emergency stop (live; closes an open sheet first)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
+  "Esc": "emergency stop (live; closes an open sheet first)", "Shift + arrows, + −": "turn, nearer, farther (focus on the picture)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
 };
 
 class Player {
@@ -62,10 +63,18 @@ class Player {
     $("subtitle").textContent = runs.map((run) => run.header.subtitle).join(" · ");
     this.time = Math.min(Math.max(this.time, this.first), this.last);
     if (header.live) this.time = this.last;
+    if (runs.length > 1) this.home();
+    this.difference = runs.length === 2 ? new DifferenceRun(...runs) : null;
     this.charts.begin();
     this.events();
+    if (this.difference) differencesTab(this);
     legend(this);
     jointTable(this);
+  }
+
+  // The camera at its place.
+  home() {
+    Object.assign(this.camera, CAMERA, { shift: [0, 0, 0] }, this.runs.length > 1 ? { distance: FAR } : {});
   }
 
   goTo(time) {
@@ -177,17 +186,16 @@ class Player {
       return mark;
     }));
     $("events").replaceChildren(...rows.map((event) => {
-      const row = document.createElement("li"), link = document.createElement("a"), words = document.createElement("span");
-      link.href = `#t=${event.time.toFixed(2)}`;
-      link.textContent = `${event.time.toFixed(2)} s`;
-      link.style.color = this.colours.event(event, event.first);
-      link.addEventListener("click", (click) => (click.preventDefault(), this.goTo(event.time)));
       const run = this.runs.length > 1 ? `${this.runs[event.number].header.title}: ` : "";
-      words.textContent = `${run}${event.text}${event.first ? ": what went wrong first" : ""}`;
-      row.append(link, words);
-      return row;
+      return this.eventRow(event, `${run}${event.text}${event.first ? ": what went wrong first" : ""}`);
     }));
     if (!rows.length) $("events").textContent = "Nothing out of the ordinary.";
+  }
+
+  eventRow(event, text) {
+    const link = el("a", { href: `#t=${event.time.toFixed(2)}`, textContent: `${event.time.toFixed(2)} s`, style: `color: ${this.colours.event(event, event.first)}` });
+    link.addEventListener("click", (click) => (click.preventDefault(), this.goTo(event.time)));
+    return el("li", {}, link, el("span", { textContent: text }));
   }
 }
 
@@ -232,6 +240,14 @@ function orbit(player) {
     event.preventDefault();
     nearer(Math.exp(0.001 * event.deltaY));
   }, { passive: false });
+  const keys = { ArrowLeft: () => turn(12, 0), ArrowRight: () => turn(-12, 0), ArrowUp: () => turn(0, 12), ArrowDown: () => turn(0, -12), "+": () => nearer(0.9), "-": () => nearer(1.1) };
+  canvas.addEventListener("keydown", (event) => {
+    const { key } = event;
+    if (!keys[key] || event.ctrlKey || (key.startsWith("Arrow") && !event.shiftKey)) return;
+    keys[key]();
+    event.preventDefault();
+    event.stopPropagation(); // arrows alone move in time
+  });
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
@@ -331,7 +347,7 @@ function controls(player) {
   const sheet = (name) => {
     for (const each of document.querySelectorAll(".sheet")) each.hidden = each.id !== name || !each.hidden;
   };
-  const camera = () => Object.assign(player.camera, CAMERA, { shift: [0, 0, 0] });
+  const camera = () => player.home();
   const acts = { " ": () => player.play(!player.playing), ArrowLeft: () => step(-0.03), ArrowRight: () => step(0.03), c: camera, l: () => player.live && player.follow(), "?": () => sheet("help"), Escape: () => sheet("") };
   $("slider").addEventListener("input", () => player.goTo(Number($("slider").value)));
   $("play").addEventListener("click", acts[" "]);

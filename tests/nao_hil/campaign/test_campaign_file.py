@@ -10,12 +10,14 @@ import pytest
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError
 from emulator.wear import load_wear
-from nao_hil.campaigns.file import CampaignFile, load_campaign
+from nao_hil.campaigns.comparisons import comparisons
+from nao_hil.campaigns.file import CampaignCell, CampaignFile, load_campaign
 from nao_hil.campaigns.quantities import changed
 from nao_hil.cli.main import run
 from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, walk
+from tests.made_walks import walk_end
 
 WALK = Walk(name="a", config=RunConfig(gait="static"), duration=1.0)
 FILE = """
@@ -106,8 +108,40 @@ def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
     same = [(point, with_engine(walk.config)) for point, walk in load_campaign(file).cells()]
     assert [(point, walk.config) for point, walk in again.cells()] == same
     assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(2, 2)] * 4
+    compared = [(c["quantity"], c["value"], c["against"], c["at"]) for c in found[0]["comparisons"]]
+    assert compared == [
+        ("wear", "nominal", "ideal", {"slope": 0}),
+        ("slope", 2, 0, {"wear": "ideal"}),
+        ("slope", 2, 0, {"wear": "nominal"}),
+        ("wear", "nominal", "ideal", {"slope": 2}),
+    ]
+    assert [c["survived"]["both"] for c in found[0]["comparisons"]] == [2] * 4
+    assert run([*command[:-1]]) == 0
+    assert "In pairs, on the same seeds" in capsys.readouterr().out
     assert run(["results", "SELECT count(*) AS n FROM walks", str(tmp_path / "out"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["rows"] == [{"n": 8}]
+
+
+def cell(value: int, survived: dict[int, bool], speed: float) -> CampaignCell:
+    made = CampaignCell({"slope": value})
+    for seed, alive in survived.items():
+        made.ends[seed] = walk_end("walked" if alive else "fell", 10.0, distance=10.0 * speed + 0.1 * seed)
+    return made
+
+
+def test_cells_are_compared_on_common_seeds_alone() -> None:
+    """Six seeds that only the first cell walks on: p = 2 / 2^6, by Holm for two comparisons twice that."""
+    first = cell(0, dict.fromkeys(range(8), True), 0.3)
+    second = cell(2, {seed: seed > 6 for seed in range(1, 10)}, 0.2)
+    alone = cell(4, {20: True}, 0.2)
+    third = cell(6, dict.fromkeys(range(4), True), 0.35)
+    found = comparisons([first, second, alone, third])
+    assert [(each.value, each.survived.n) for each in found] == [(2, 7), (6, 4)]
+    assert (found[0].survived.only_with, found[0].survived.only_without) == (0, 6)
+    assert found[0].survived.p_value == pytest.approx(2.0 / 2**6)
+    assert found[0].p_value == pytest.approx(4.0 / 2**6) and found[1].p_value == 1.0
+    assert found[0].speed.n == 1 and found[0].speed.value == pytest.approx(-0.1)
+    assert found[1].speed.value == pytest.approx(0.05)
 
 
 def test_a_cell_that_cannot_be_walked_is_named_and_the_others_count(

@@ -98,3 +98,8 @@ def test_a_query_writes_no_file(query: str, folder: Path, tmp_path: Path) -> Non
         ask(query.format(file=file), folder)
     assert not file.exists()
     assert len(ask("PIVOT walks ON wear USING count(*) GROUP BY seed", folder).columns) == 3
+
+
+def test_pairs_of_the_page_are_those_of_common_seeds(folder: Path) -> None:
+    """Four seeds walked in both wears: the fifth worn walk has no partner; p = 2 / 2^3."""
+    assert ask(next(q for q in QUESTIONS if "mcnemar" in q), folder).rows == [(4, 3, 0, 0.25)]
