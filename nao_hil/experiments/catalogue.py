@@ -36,7 +36,7 @@ class Entry(NamedTuple):
 
 EXPERIMENTS: Final[dict[str, Entry]] = {
     "static-walk": Entry(
-        "planned_walks.STATIC_WALK", "the statically stable gait, planned and walked (figure 3.4)", 3, True
+        "planned_walks.STATIC_WALK", "the static gait, planned and walked (figure 3.4)", 3, True
     ),
     "obstacle": Entry(
         "obstacle.OBSTACLE",
@@ -45,67 +45,34 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
         True,
     ),
     "torso-drift": Entry(
-        "torso_control.TORSO_DRIFT",
-        "R2: the static gait with admittance, without and with torso control (4.9)",
-        20,
-        True,
+        "torso_control.TORSO_DRIFT", "R2: the static gait, torso control on and off (4.9)", 20, True
     ),
     "torso-step": Entry(
-        "torso_step.TORSO_STEP",
-        "R3: the torso's answer to steps of the stance ankle, its plant (4.10)",
-        5,
-        True,
+        "torso_step.TORSO_STEP", "R3: the torso's answer to steps of the ankle (4.10)", 5, True
     ),
-    "torso-design": Entry(
-        "torso_design.TORSO_DESIGN",
-        "R4: the thesis' torso controllers and a robust one (4.11 to 4.15)",
-        1,
-        True,
-    ),
+    "torso-design": Entry("torso_design.TORSO_DESIGN", "R4: three torso controllers (4.11 to 4.15)", 1, True),
     "dynamic-walk": Entry(
-        "planned_walks.DYNAMIC_WALK", "the dynamically stable gait, planned and walked (3.6, 3.7)", 3, True
+        "planned_walks.DYNAMIC_WALK", "the dynamic gait, planned and walked (3.6, 3.7)", 3, True
     ),
     "dynamic-torso": Entry(
-        "torso_control.DYNAMIC_TORSO",
-        "R5: the dynamic gait without and with torso control, 60 s (4.16)",
-        20,
-        True,
+        "torso_control.DYNAMIC_TORSO", "R5: the dynamic gait, torso control on and off, 60 s (4.16)", 20, True
     ),
     "slope": Entry("slope.SLOPE", "R6: the steepest slope in four directions", 20, True, True),
     "spring": Entry("spring.SPRING", "the spring of the leg admittance and its pole (4.7)", 20, True),
-    "ablation": Entry(
-        "mechanisms.ABLATION",
-        "each mechanism of the stabiliser alone, and each taken out, on R1, R2 and R5",
-        20,
-    ),
-    "huang-margin": Entry(
-        "huang_margin.HUANG_MARGIN", "Huang's gait: searched against badly chosen hip motion, a known step", 20
-    ),
+    "ablation": Entry("mechanisms.ABLATION", "each mechanism alone, and each taken out, on R1, R2 and R5", 20),
+    "huang-margin": Entry("huang_margin.HUANG_MARGIN", "Huang's hip motion, searched against badly chosen", 20),
     "get-up": Entry("get_up.GET_UP", "dropped limp, any side first: does the robot get up", 100),
     "sit": Entry("sit.SIT", "sits down by order and stands up again", 100),
-    "velocity": Entry(
-        "velocity.VELOCITY", "commanded and measured velocity, odometry, random commands", 20, any_gait=True
-    ),
+    "velocity": Entry("velocity.VELOCITY", "commanded and measured velocity, odometry", 20, any_gait=True),
     "push-map": Entry(
-        "push_map.PUSH_MAP",
-        "impulse at which half fall, by direction and phase of the stride",
-        10,
-        any_gait=True,
+        "push_map.PUSH_MAP", "push at which half fall, by direction and phase", 10, any_gait=True
     ),
     "terrain": Entry(
-        "terrain.TERRAIN",
-        "slopes, tiles, plates, low friction, a load and wear, gait against gait",
-        20,
-        any_gait=True,
+        "terrain.TERRAIN", "unknown grounds, a load and wear, gait against gait", 20, any_gait=True
     ),
-    "feedback": Entry(
-        "mechanisms.FEEDBACK",
-        "each feedback of a gait switched off in turn: pushes, grounds, wear",
-        50,
-        any_gait=True,
-    ),
+    "feedback": Entry("mechanisms.FEEDBACK", "each feedback of a gait switched off in turn", 50, any_gait=True),
     "falls": Entry(
-        "falls.FALLS", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, any_gait=True
+        "falls.FALLS", "pushed in a walk: falls foreseen, how hard, got up again", 20, any_gait=True
     ),
     "real-robots": Entry("real_robots.REAL_ROBOTS", "every figure of real robots, and of the emulated one", 5),
     "tracking": Entry("real_robots.TRACKING", "tracking errors of the legs in a walk", 5),
@@ -113,8 +80,6 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "imu-noise": Entry("real_robots.IMU_NOISE", "noise of inertial unit and encoders at rest", 5),
     "force-cells": Entry("real_robots.FORCE_CELLS", "noise and sum of the force cells", 5),
     "currents": Entry("real_robots.CURRENTS", "motor currents of a standing V3", 5),
-    "engines": Entry(
-        "engines.ENGINES_COMPARED", "torso step, drives, walks, R1, R2, R5, get-up: PyBullet and MuJoCo", 20
-    ),
+    "engines": Entry("engines.ENGINES_COMPARED", "walks, drives, get-up and the thesis on both engines", 20),
 }
 """In the order of the thesis."""

@@ -50,6 +50,15 @@ class Task(NamedTuple):
         all_changes = {**self.changes, **changes}
         return context.walks(name, self.gait, self.duration, all_changes, by_seed=self.by_seed, **self.fields)
 
+    def each(
+        self, name: str, conditions: Mapping[str, Mapping[str, Any]]
+    ) -> Callable[[Context], dict[str, list[Walk]]]:
+        """The walks of an experiment by the conditions' names; each condition is its changes."""
+        return lambda context: {
+            condition: self.walks(context, f"{name}, {condition}", changes)
+            for condition, changes in conditions.items()
+        }
+
 
 @dataclass(frozen=True)
 class Context:

@@ -199,7 +199,7 @@ def claims(wear: str, found: dict[str, Any]) -> list[Claim]:
             f"No two limbs overlap by more than {1e3 * OVERLAP:g} mm",
             found["overlap"],
             high=OVERLAP,
-            words="{:.5f} m",
+            words=f"{1e3 * found['overlap']:.2f} mm",
         ),
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
@@ -14,8 +15,8 @@ from bridge.types import Vec3
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
 from nao_hil.analysis.report.render import Claim, Column, ReportTable, table
-from nao_hil.analysis.statistics import mcnemar, percent, wilson
-from nao_hil.experiments.conditions import condition, falls_finding, pairs
+from nao_hil.analysis.statistics import Paired, mcnemar, percent, wilson
+from nao_hil.experiments.conditions import Condition, condition, falls_finding, pairs
 from nao_hil.experiments.context import NO_CHANGE, Context, Task
 from nao_hil.experiments.experiment import Experiment, Measured, bounded
 from nao_hil.runs.events import TorsoLoad
@@ -127,7 +128,7 @@ class TerrainWalks(NamedTuple):
     planned: int
     """Walks of all seeds."""
 
-    def pairs(self, ground: str) -> Any:
+    def pairs(self, ground: str) -> Paired:
         """Both gaits on a ground, seed by seed."""
         return pairs(*self.walks[ground].values())
 
@@ -183,17 +184,21 @@ def _claims(measured: Measured[TerrainWalks]) -> list[Claim]:
 
 
 def _table(measured: Measured[TerrainWalks]) -> list[ReportTable]:
+    gaits = _gaits(measured.context)
+
+    def stand(item: tuple[str, dict[str, Condition]], gait: str) -> str:
+        return f"{item[1][gait].survived} of {item[1][gait].n} ({percent(item[1][gait].interval)})"
+
+    def discordant(item: tuple[str, Any]) -> str:
+        pair = measured.results.pairs(item[0])
+        return f"{pair.only_with} / {pair.only_without}, p = {pair.p_value:.2g}"
+
     columns: dict[str, Column] = {"ground": lambda item: TITLES[item[0]]}
-    for gait in _gaits(measured.context):
-        columns[f"{gait}: stand"] = lambda item, gait=gait: (
-            f"{item[1][gait].survived} of {item[1][gait].n} ({percent(item[1][gait].interval)})"
-        )
+    for gait in gaits:
+        columns[f"{gait}: stand"] = functools.partial(stand, gait=gait)
         columns[f"{gait}: m/s over ground"] = f"{{0[1][{gait}].speed:.3f}}"
-    if len(_gaits(measured.context)) == 2:
-        pair_words = "{0.only_with} / {0.only_without}, p = {0.p_value:.2g}"
-        columns["only the first / the second gait, McNemar"] = lambda item: pair_words.format(
-            measured.results.pairs(item[0])
-        )
+    if len(gaits) == 2:
+        columns[f"only {gaits[0]} / only {gaits[1]}, McNemar"] = discordant
     return [table("Grounds", measured.figures["grounds"].items(), columns)]
 
 

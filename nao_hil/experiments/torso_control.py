@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import msgspec
@@ -20,9 +20,9 @@ from nao_hil.experiments.conditions import (
     growth_per_step,
     median_over,
 )
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Task
 from nao_hil.experiments.experiment import Drawing, Measured, bounded, comparison
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import WalkOutcome
 from walker.switches import NAMED
 
 SWITCHES: Final[dict[str, dict[str, Any]]] = {
@@ -39,14 +39,6 @@ SPEED: Final = 0.15
 SHOWN: Final = 12.0
 """Part of the walk that the figure of R5 shows, s."""
 PHASES: Final = "phases black: 0 DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR."
-
-
-def _conditions(name: str, gait: str) -> Callable[[Context], dict[str, list[Walk]]]:
-    titles = {"with": "With torso control", "without": "Without"}
-    return lambda context: {
-        titles[condition]: context.walks(f"{name}, {condition}", gait, DURATION, changes)
-        for condition, changes in SWITCHES.items()
-    }
 
 
 def _draw(figure: Figure, measured: Measured[Comparison], until: float = DURATION) -> None:
@@ -105,10 +97,10 @@ TORSO_DRIFT: Final = comparison(
     source="Thesis 4.2, figure 4.9: in the static gait with admittance the pitch error grows with every step "
     "until the robot falls after about 20 s; with torso control the torso is righted in every single support.",
     setup=_setup("static"),
-    conditions=_conditions("torso-drift", "static"),
+    conditions=Task("static", DURATION).each("torso-drift", SWITCHES),
     quantities=lambda measured: {
         f"growth_{condition}_deg": median_over(walks, drift_per_step)
-        for condition, walks in zip(SWITCHES, measured.results.walks.values(), strict=True)
+        for condition, walks in measured.results.walks.items()
     },
     claims=drift_claims,
     pictures=(
@@ -127,10 +119,10 @@ DYNAMIC_TORSO: Final = comparison(
     source="Thesis 4.2.3, figure 4.16: the dynamic gait falls after about 4 s without torso control and goes "
     "on stably with it.",
     setup=_setup("dynamic"),
-    conditions=_conditions("dynamic-torso", "dynamic"),
+    conditions=Task("dynamic", DURATION).each("dynamic-torso", SWITCHES),
     quantities=lambda measured: {
-        "thesis": measured.results.conditions["With torso control"],
-        "falls_in_pitch": _falls_in_pitch(measured.results.walks["Without"]),
+        "thesis": measured.results.conditions["with"],
+        "falls_in_pitch": _falls_in_pitch(measured.results.walks["without"]),
     },
     claims=torso_claims,
     pictures=(

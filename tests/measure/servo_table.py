@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
 from bridge.body import Body
 from bridge.body.joints import INDEX
@@ -16,8 +17,18 @@ from bridge.types import Array
 from emulator.wear import WearProfile, load_wear
 from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.experiment import Experiment, Measured
-from nao_hil.experiments.servo_bench import LEGS, Bench, Drive, clamped, far, measure_drives, part
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured
+from nao_hil.experiments.servo_bench import (
+    LEGS,
+    Bench,
+    Drive,
+    clamped,
+    far,
+    measure_drives,
+    part,
+    step_of,
+    step_response,
+)
 
 LEAST_FALL: Final = math.radians(15.0)
 """Of hips and knees without stiffness; an ankle has too light a foot for the friction of its gear."""
@@ -143,6 +154,27 @@ def _quantities(measured: Measured[list[ServoRow]]) -> dict[str, Any]:
     return {"body": measured.context.robot, "wear": measured.context.wear, "rows": measured.results}
 
 
+def _draw_steps(figure: Figure, measured: Measured[list[ServoRow]]) -> None:
+    """Step responses of a free leg; dashed: the model of a team's V6, 3 cycles after the request."""
+    body, wear = measured.body, load_wear(measured.context.wear, measured.body)
+    slow, fast = np.roots((0.019**2, 2.0 * 1.5 * 0.019, 1.0))
+    fine = np.arange(0.0, 0.4, 1e-3)
+    model = 1.0 - (fast * np.exp(slow * fine) - slow * np.exp(fast * fine)) / (fast - slow)
+    for i, panel in enumerate(figure.subplots(2, 3).ravel().tolist()):  # the right leg's are alike
+        track = step_response(body, wear, measured.context.engine, LEGS[i], step_of(LEGS[i]))
+        read = part(track, 0)[:, i]
+        panel.plot(
+            1e3 * (track[:, 0] - track[0, 0] + body.cycle),
+            (read - read[0]) / step_of(LEGS[i]),
+            ".-",
+            markersize=3,
+        )
+        panel.plot(1e3 * (fine + 0.030), model, "k--", linewidth=1.0)
+        panel.axvspan(36.0, 40.0, alpha=0.2, color="tab:green")
+        panel.set(xlabel="time after the request / ms", xlim=(0.0, 400.0), title=LEGS[i])
+        panel.grid(alpha=0.3)
+
+
 SERVO_TABLE: Final = Experiment(
     title="The drives of the legs",
     source="Data sheets and published measurements; no part of the thesis.",
@@ -150,4 +182,7 @@ SERVO_TABLE: Final = Experiment(
     measure=_measure,
     quantities=_quantities,
     claims=_claims,
+    pictures=(
+        Drawing("servo-step.png", _draw_steps, "Step responses", "Green: the published delay.", (11.0, 6.5)),
+    ),
 )
