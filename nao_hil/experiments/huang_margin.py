@@ -41,6 +41,8 @@ from walker.gaits.pose import ARMS
 _NOTHING: Final = 2.0
 """N; a foot with less than this bears nothing."""
 SCENARIO: Final = "step"
+PLANNED: Final = "1 cm step, planned"
+UNKNOWN: Final = "1 cm step, unknown"
 DURATION: Final = 60.0
 """s"""
 STEP_DURATION: Final = 15.0
@@ -200,10 +202,6 @@ def huang_margin(duration: float = DURATION, step_duration: float = STEP_DURATIO
         tables=lambda measured: [conditions_table(measured.results.compared.conditions)],
         findings=_findings,
     )
-
-
-PLANNED: Final = "1 cm step, planned"
-UNKNOWN: Final = "1 cm step, unknown"
 
 
 def _parameters(context: Context) -> HuangParameters:

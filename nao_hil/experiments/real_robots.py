@@ -35,7 +35,7 @@ TITLES: Final = {
 }
 
 
-class Task(msgspec.Struct, frozen=True):
+class GroupTask(msgspec.Struct, frozen=True):
     """A measurement, for a worker."""
 
     group: str
@@ -44,7 +44,7 @@ class Task(msgspec.Struct, frozen=True):
     engine: str
 
 
-def measure(task: Task) -> dict[str, Any] | None:
+def measure(task: GroupTask) -> dict[str, Any] | None:
     """Figures of one group on its robot; None: the robot fell."""
     body = load_body(ROBOTS[task.group])
     wear = load_wear(wear_of_seed(task.wear, task.seed), body)
@@ -94,7 +94,7 @@ def measure_groups(context: Context, groups: Iterable[str]) -> dict[str, dict[st
     """
     found = {}
     for group in groups:
-        tasks = [Task(group, context.wear, seed, context.engine) for seed in context.seeds]
+        tasks = [GroupTask(group, context.wear, seed, context.engine) for seed in context.seeds]
         results = context.map(group, measure, tasks, whole=True)
         found[group] = group_rows(group, [each for each in results if each is not None])
     return found
@@ -147,28 +147,22 @@ def _torso_claims(context: Context) -> list[Claim]:
     ]
 
 
-def _experiment(group: str) -> Experiment[Groups]:
-    """Figures of one group."""
+def _experiment(title: str, *groups: str) -> Experiment[Groups]:
+    """Figures of one group, or of several and of the torso step."""
+    alone = len(groups) == 1
     return Experiment(
-        title=TITLES[group],
-        source=SOURCE,
-        setup=SETUP,
-        measure=lambda context: measure_groups(context, [group]),
-        quantities=lambda measured: measured.results[group],
-        claims=lambda measured: _claims(measured.results),
+        title=title,
+        source="Recordings and published figures of real robots; each row names its own.",
+        setup=(("robots", "the generation of each source"),),
+        measure=lambda context: measure_groups(context, groups),
+        quantities=lambda measured: measured.results[groups[0]] if alone else dict(measured.results),
+        claims=lambda measured: [
+            *_claims(measured.results),
+            *(() if alone else _torso_claims(measured.context)),
+        ],
         tables=lambda measured: _table(measured.results),
     )
 
 
-SOURCE: Final = "Recordings and published figures of real robots; each row names its own."
-SETUP: Final = (("robots", "the generation of each source"),)
-REAL_ROBOTS: Final[Experiment[Groups]] = Experiment(
-    title="Real robots and the emulated one",
-    source=SOURCE,
-    setup=SETUP,
-    measure=lambda context: measure_groups(context, ROBOTS),
-    quantities=lambda measured: dict(measured.results),
-    claims=lambda measured: [*_claims(measured.results), *_torso_claims(measured.context)],
-    tables=lambda measured: _table(measured.results),
-)
-TRACKING, KNEE_HOLD, IMU_NOISE, FORCE_CELLS, CURRENTS = (_experiment(group) for group in ROBOTS)
+REAL_ROBOTS: Final = _experiment("Real robots and the emulated one", *ROBOTS)
+TRACKING, KNEE_HOLD, IMU_NOISE, FORCE_CELLS, CURRENTS = (_experiment(TITLES[group], group) for group in ROBOTS)
