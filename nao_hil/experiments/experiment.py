@@ -31,9 +31,9 @@ class Measured(Generic[Results]):
 
     context: Context
     results: Results
-    """Of `Experiment.measure`."""
+    """Result of `Experiment.measure`."""
     figures: dict[str, Any]
-    """Of `Experiment.quantities`."""
+    """Result of `Experiment.quantities`."""
 
     @property
     def body(self) -> Body:

@@ -50,7 +50,7 @@ STEP_DURATION: Final = 15.0
 BAD: Final = (0.25, 0.1)
 """Badly chosen x_sd and x_ed, shares of bound (11): the worst corner that the joints reach."""
 SHARE: Final = 0.8
-"""That walk on, at least."""
+"""Least share that walks on."""
 SPEED: Final = 0.08
 """m/s over ground, at least (median)."""
 

@@ -63,7 +63,7 @@ class Cell(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def shipped_switches(context: Context, gait: str) -> Switches:
-    """Of a gait, with the context's changes."""
+    """Switches of a gait, with the context's changes."""
     return controller_parameters(gait, context.config(gait).controller).switches
 
 

@@ -72,7 +72,7 @@ class Tally:
     runs: dict[float, dict[int, WalkOutcome]] = field(default_factory=dict)
     """By slope and seed."""
     steepest: float = 0.0
-    """That passes, degrees."""
+    """Steepest slope that passes, degrees."""
 
     def share(self, slope: float) -> Share:
         """Trials at a slope that walked on."""

@@ -37,14 +37,14 @@ WORN_SPEED: Final = 0.12
 SLOPE: Final = 5.0
 """Degrees"""
 HEIGHT: Final = 0.01
-"""Of tiles and plates, m."""
+"""Height of tiles and plates, m."""
 PLATES: Final = 5
 PLATE: Final = (0.04, 0.20)
 """Shortest and longest edge of a plate, m."""
 AHEAD: Final = 0.30
-"""Of the robot at which a plate is laid, m."""
+"""Distance from the robot to a new plate, m."""
 ASIDE: Final = 0.08
-"""Farthest to either side, m."""
+"""Farthest place of a plate to either side, m."""
 FRICTION: Final = 0.3
 LOAD: Final = 0.5
 """kg"""
