@@ -207,10 +207,15 @@ def _robot_rows(context: Context) -> Rows:
 
 
 def _figures_table(figures: Mapping[str, Any]) -> list[ReportTable]:
-    """The figures that are one number, an estimate or a share."""
-    shown = [
-        (key, value.words() if hasattr(value, "words") else f"{value:.4g}")
-        for key, value in figures.items()
-        if hasattr(value, "words") or type(value) in (int, float)
-    ]
-    return [table("Figures, SI units", shown, {"figure": "{0[0]}", "value": "{0[1]}"})] if shown else []
+    """The figures that are numbers, estimates, shares, or structs of such."""
+    rows = [row for name, value in figures.items() for row in _numbers(name, value)]
+    return [table("Figures, SI units", rows, {"figure": "{0[0]}", "value": "{0[1]}"})] if rows else []
+
+
+def _numbers(name: str, value: Any) -> list[tuple[str, str]]:
+    if hasattr(value, "words"):
+        return [(name, value.words())]
+    if isinstance(value, msgspec.Struct):
+        fields = msgspec.structs.asdict(value).items()
+        return [row for field, part in fields for row in _numbers(f"{name}.{field}", part)]
+    return [(name, f"{value:.4g}")] if type(value) in (int, float) else []

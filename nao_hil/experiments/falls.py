@@ -279,7 +279,4 @@ FALLS: Final = Experiment(
     quantities=lambda measured: judge(measured.results),
     claims=lambda measured: claims(measured.figures),
     tables=lambda measured: [table("Pushes", measured.results, COLUMNS)],
-    findings=lambda measured: [
-        f"After {measured.figures['needless']} pushes the robot gave way and did not fall."
-    ],
 )

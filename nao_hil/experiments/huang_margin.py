@@ -259,17 +259,10 @@ def _claims(found: dict[str, Any], duration: float) -> list[Claim]:
 
 
 def _findings(measured: Measured[HuangWalks]) -> list[str]:
-    walks, found = measured.results.compared.walks, measured.figures
+    walks = measured.results.compared.walks
     both = Comparison({name: walks[name] for name in ("searched", "badly chosen")})
     return [
         *both.findings(measured.body),
-        *(
-            f"{name}: the true ZMP is {1e3 * match.rms_x:.0f} mm (x) and {1e3 * match.rms_y:.0f} mm (y) off "
-            f"the plan (RMS in single support, {match.delay:.2f} s late), outside the stance sole for "
-            f"{100 * match.outside:.1f} % of it; by the force sensors {1e3 * match.fsr_rms:.0f} mm off the "
-            "truth."
-            for name, match in (("Searched", found["zmp"]), ("Badly chosen", found["zmp_bad"]))
-        ),
         falls_finding("Step, unknown", walks[UNKNOWN], None),
     ]
 

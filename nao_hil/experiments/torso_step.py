@@ -209,17 +209,6 @@ def _draw_wave(figure: Figure, measured: Measured[TorsoSteps]) -> None:
     panel.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def _findings(measured: Measured[TorsoSteps]) -> list[str]:
-    found = measured.figures
-    true, shape = found["true"], found["true_shape"]
-    return [
-        f"Rise time {1e3 * found['rise_time_s']:.0f} ms (thesis about 100).",
-        f"True pitch: damping {true.damping:.2f}, zero at {1.0 / true.zero_time_s:.1f} rad/s, peak "
-        f"{shape.peak:.2f}, undershoot {shape.undershoot:.2f}. So the zero of (4.12) is in the sensor: an "
-        "accelerometer over the ankle, and the fused angle's filter.",
-    ]
-
-
 TORSO_STEP: Final = Experiment(
     title="R3: the torso's answer to a step of the stance ankle",
     source="Thesis 4.2.1, figure 4.10, and the plant (4.12) fitted to it: rise 100 ms, peak twice the final "
@@ -251,5 +240,9 @@ TORSO_STEP: Final = Experiment(
             (9.0, 5.0),
         ),
     ),
-    findings=_findings,
+    findings=lambda measured: [
+        f"The zero is at {measured.figures['zero_rad_s']:.1f} rad/s, that of the true pitch at "
+        f"{1.0 / measured.figures['true'].zero_time_s:.1f}: the difference is the sensor's, an accelerometer "
+        "over the ankle, and the fused angle's filter."
+    ],
 )
