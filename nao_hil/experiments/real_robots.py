@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from collections.abc import Iterable
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from bridge.body import load_body
 from emulator.wear import load_wear, wear_of_seed
 from nao_hil.analysis.report.render import Claim, Columns, ReportTable, table
-from nao_hil.analysis.statistics import mean_of
+from nao_hil.analysis.statistics import Estimate, mean_of
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Experiment, bounded
 from nao_hil.experiments.robot_figures import FIGURES, knee_hold, noise_at_rest, standing, tracking
@@ -86,8 +86,17 @@ def group_rows(group: str, stood: list[dict[str, Any]]) -> dict[str, Any]:
     return rows
 
 
-def measure_groups(context: Context, groups: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """`group_rows` of each group.
+class RealFigures(NamedTuple):
+    """Measurements of the emulated robots."""
+
+    groups: dict[str, dict[str, Any]]
+    """`group_rows` by group."""
+    torso: dict[str, Estimate]
+    """Means over the seeds of the figures of `BOUNDS`; empty: not measured."""
+
+
+def measure_groups(context: Context, groups: Iterable[str], *, torso: bool) -> RealFigures:
+    """Measure some groups, and the torso step if asked.
 
     Raises:
         Interrupted: stopped.
@@ -97,30 +106,41 @@ def measure_groups(context: Context, groups: Iterable[str]) -> dict[str, dict[st
         tasks = [GroupTask(group, context.wear, seed, context.engine) for seed in context.seeds]
         results = context.map(group, measure, tasks, whole=True)
         found[group] = group_rows(group, [each for each in results if each is not None])
-    return found
+    return RealFigures(found, _torso_step(context) if torso else {})
 
 
-Groups = Mapping[str, dict[str, Any]]
+def _torso_step(context: Context) -> dict[str, Estimate]:
+    body = load_body("nao-v3")
+    steps = [
+        torso_figures(body, load_wear(wear_of_seed(context.wear, seed), body), context.engine, seed)
+        for seed in context.seeds
+    ]
+    return {name: mean_of([step[name] for step in steps if step is not None]) for name in BOUNDS}
 
 
 def _words(row: dict[str, Any]) -> str:
     return "{measured:.3g} ({interval[0]:.3g} to {interval[1]:.3g}) {unit}".format(**row)
 
 
-def _claims(groups: Groups) -> list[Claim]:
+def _claims(found: RealFigures) -> list[Claim]:
     claims = []
-    for group, rows in groups.items():
+    for group, rows in found.groups.items():
         if not rows:
             claims.append(Claim(TITLES[group], "the robot fell with every seed", False))
         for name, row in rows.items():
             figure = FIGURES[f"{group}.{name}"]
             claims.append(Claim(f"{figure.words}: {figure.real:g} {figure.unit}", _words(row), row["holds"]))
+    for name, mean in found.torso.items():
+        words, low, high = BOUNDS[name]
+        claims.append(bounded(f"Torso step: {words}", mean.value, low, high, mean.words()))
     return claims
 
 
-def _table(groups: Groups) -> list[ReportTable]:
+def _table(found: RealFigures) -> list[ReportTable]:
     items = [
-        (FIGURES[f"{group}.{name}"], row, group) for group, rows in groups.items() for name, row in rows.items()
+        (FIGURES[f"{group}.{name}"], row, group)
+        for group, rows in found.groups.items()
+        for name, row in rows.items()
     ]
     columns: Columns = {
         "figure": "{0[0].words}",
@@ -134,32 +154,16 @@ def _table(groups: Groups) -> list[ReportTable]:
     return [table("Real and emulated", items, columns)]
 
 
-def _torso_claims(context: Context) -> list[Claim]:
-    body = load_body("nao-v3")
-    steps = [
-        torso_figures(body, load_wear(wear_of_seed(context.wear, seed), body), context.engine, seed)
-        for seed in context.seeds
-    ]
-    means = {name: mean_of([step[name] for step in steps if step is not None]) for name in BOUNDS}
-    return [
-        bounded(f"Torso step: {words}", means[name].value, low, high, means[name].words())
-        for name, (words, low, high) in BOUNDS.items()
-    ]
-
-
-def _experiment(title: str, *groups: str) -> Experiment[Groups]:
+def _experiment(title: str, *groups: str) -> Experiment[RealFigures]:
     """Figures of one group, or of several and of the torso step."""
     alone = len(groups) == 1
     return Experiment(
         title=title,
         source="Recordings and published figures of real robots; each row names its own.",
         setup=(("robots", "the generation of each source"),),
-        measure=lambda context: measure_groups(context, groups),
-        quantities=lambda measured: measured.results[groups[0]] if alone else dict(measured.results),
-        claims=lambda measured: [
-            *_claims(measured.results),
-            *(() if alone else _torso_claims(measured.context)),
-        ],
+        measure=lambda context: measure_groups(context, groups, torso=not alone),
+        quantities=lambda measured: measured.results.groups[groups[0]] if alone else measured.results.groups,
+        claims=lambda measured: _claims(measured.results),
         tables=lambda measured: _table(measured.results),
     )
 
