@@ -59,8 +59,9 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
         known = (*RunConfig.__struct_fields__, "body", *QUANTITIES)
         raise ConfigurationError(unknown_name("quantity", head, known))
     config = _set(task.config, "configuration", name, value, RunConfig)
-    gait_parameters(config.gait, config.parameters)
-    controller_parameters(config.gait, config.controller)
+    if head in ("gait", "parameters", "controller"):
+        gait_parameters(config.gait, config.parameters)
+        controller_parameters(config.gait, config.controller)
     return msgspec.structs.replace(task, config=config)
 
 

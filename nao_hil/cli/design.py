@@ -10,10 +10,8 @@ from rich.table import Table
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.console import Answer, chosen_engine, open_console
+from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.options import Assignments, assignments
-from nao_hil.cli.progress import running_campaign
-from nao_hil.runs.config import run_config
 
 if TYPE_CHECKING:
     from nao_hil.design.torso.assembly import TorsoDesign
@@ -69,52 +67,6 @@ def torso(
         command = " ".join(("nao-hil design torso --gait", gait, *(f"--set {v}" for v in values or [])))
         records.write_designs(out, designed.records, command)
     return Answer({"gait": gait, "file": out and str(out), "designs": rows})
-
-
-def ensemble(
-    members: Annotated[int, typer.Option("--members", help="Robots wanted.", min=1, metavar="N")] = 50,
-    seed: Annotated[int, typer.Option("--seed", help="Of the draws.", min=0, metavar="N")] = 0,
-    engine: options.Engine = None,
-    cluster: options.Cluster = "local",
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", help="TOML file; default: ensemble.toml, here.", metavar="FILE"),
-    ] = None,
-) -> Answer:
-    """Draw robots that agree with measurements of real ones: torso step, tracking errors, a knee held out.
-
-    The unknowns of the nominal wear profile are drawn from their ranges. The file is written after each
-    generation. The shipped robots are `--wear ensemble:K`. Exit code 1: fewer than wanted.
-
-    Example: nao-hil design ensemble --members 10 --engine mujoco --json
-    """
-    # imported late: physics is for those who draw
-    from nao_hil.experiments.calibration import design_ensemble, write_ensemble
-
-    console = open_console()
-    settings = chosen_engine(run_config(None, engine=engine), console)
-    file = out or Path("ensemble.toml")
-    command = f"nao-hil design ensemble --members {members} --seed {seed}"
-    command += f" --engine {settings.engine}"
-    with running_campaign("ensemble", None, cluster) as (campaign, _):
-        found = design_ensemble(
-            members,
-            seed,
-            settings.engine,
-            command,
-            lambda function, draws: campaign.map("robot", function, draws),
-            lambda so_far: write_ensemble(file, so_far),
-        )
-    accepted = len(found.members)
-    console.print(f"{accepted} robots of {found.tried} tried: {file}", highlight=False, soft_wrap=True)
-    data = {
-        "file": str(file),
-        "tried": found.tried,
-        "accepted": found.accepted,
-        "members": accepted,
-        "seed": seed,
-    }
-    return Answer(data, code=130 if campaign.interrupted else int(accepted < members))
 
 
 def _row(method: str, cycle: float, design: TorsoDesign) -> dict[str, Any]:

@@ -130,6 +130,6 @@ def _changes(
 
 def experiments() -> Answer:
     """List the experiments there are."""
-    listed = {name: entry.what for name, entry in EXPERIMENTS.items()}
+    listed = {name: entry.question for name, entry in EXPERIMENTS.items()}
     lines = (listed | {ALL: "those of the thesis, in one report"}).items()
     return Answer(listed, "\n".join(f"{name:14} {what}" for name, what in lines))

@@ -85,7 +85,7 @@ GROUPS: Final = {
     ),
     "design": (
         "Compute the numbers that the walker and the robot load.",
-        {"torso": "design:torso", "ensemble": "design:ensemble"},
+        {"torso": "design:torso"},
     ),
     "world": (
         "Put a ball, landmarks and faces before the cameras of an emulated robot.",

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from nao_hil.files import save_figure
 from nao_hil.runs.track import PHASES, Array, Track
 
 RED: Final = "tab:red"
 BLUE: Final = "tab:blue"
 GREEN: Final = "tab:green"
 CYAN: Final = "tab:cyan"
-
-
-def new_figure(width: float = 9.0, height: float = 4.5) -> Figure:
-    """An empty figure with a tight layout."""
-    return Figure(figsize=(width, height), layout="constrained")
+TALL: Final = (9.0, 6.0)
+"""Size of a picture with two panels, inches."""
 
 
 def phase_line(axes: Any, track: Track, step: float, colour: str = "k") -> None:
@@ -57,9 +52,8 @@ def two_conditions(axes: Any, with_: Track, without: Track, quantity: Callable[[
         axes.plot(track["time"], quantity(track), color=colour, linewidth=0.9, label=label)
 
 
-def pitch_and_roll(path: Path, with_: Track, without: Track, phases: bool = False) -> Path:
+def pitch_and_roll(figure: Figure, with_: Track, without: Track, phases: bool = False) -> None:
     """True torso pitch and roll of both (figures 4.2, 4.9 and 4.16), rad; phases in steps of 0.05."""
-    figure = new_figure(9.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     for panel, name in ((upper, "pitch"), (lower, "roll")):
         two_conditions(panel, with_, without, lambda track, name=name: getattr(track, name))  # type: ignore[misc]
@@ -70,4 +64,3 @@ def pitch_and_roll(path: Path, with_: Track, without: Track, phases: bool = Fals
         upper.plot(with_["time"], with_["control"].sum(axis=1), CYAN, linewidth=0.7, label="control, with")
     finish(upper, "", "torso pitch / rad")
     finish(lower, "t / s", "torso roll / rad")
-    return save_figure(figure, path)

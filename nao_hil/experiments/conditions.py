@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -16,7 +16,7 @@ from bridge.body.joints import LEG_SLOTS
 from bridge.body.kinematics import sole_in_torso
 from bridge.rotations import matrix
 from bridge.types import SIDES, Side
-from nao_hil.analysis.report.render import Claim, ReportTable
+from nao_hil.analysis.report.render import Claim, ReportTable, table
 from nao_hil.analysis.statistics import Paired, Share, paired, percent
 from nao_hil.runs.track import LEG_COLUMNS, LEG_NAMES, PHASES, Array, Track
 from nao_hil.runs.walk import WalkEnd, WalkOutcome
@@ -149,11 +149,6 @@ def falls_claim(text: str, of: Condition, least: float) -> Claim:
     return Claim(text, of.fall_words(), 1.0 - of.interval[1] >= least)
 
 
-def survives_claim(text: str, of: Condition, least: float) -> Claim:
-    """A claim that a ratio of robots or more walks on; arguments and verdict as in `falls_claim`."""
-    return Claim(text, of.words(), of.interval[0] >= least)
-
-
 def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome]) -> Paired:
     """The seeds that ran in both conditions, compared."""
     first = {result.seed: result.end.survived for result in with_}
@@ -173,27 +168,29 @@ def pair_words(pair: Paired) -> str:
 
 def conditions_table(conditions: Mapping[str, Condition]) -> ReportTable:
     """Conditions side by side."""
-    rows = tuple(
-        (
-            name,
-            f"{each.survived} of {each.n}",
-            percent(each.interval),
-            _times(each.fall_times),
-            f"{each.tilt_max_deg[0]:.1f} / {each.tilt_max_deg[1]:.1f}",
-            f"{each.speed:.3f}",
-        )
-        for name, each in conditions.items()
+    return table(
+        "Conditions",
+        conditions.items(),
+        {
+            "condition": "{0[0]}",
+            "survived": "{0[1].survived} of {0[1].n}",
+            "95 % interval": lambda item: percent(item[1].interval),
+            "falls at, s: first / median / last": lambda item: _times(item[1].fall_times),
+            "torso tilt, deg: median / worst": "{0[1].tilt_max_deg[0]:.1f} / {0[1].tilt_max_deg[1]:.1f}",
+            "m/s over ground": "{0[1].speed:.3f}",
+        },
     )
-    head = (
-        *("condition", "survived", "95 % interval", "falls at, s: first / median / last"),
-        *("torso tilt, deg: median / worst", "m/s over ground"),
-    )
-    return ReportTable("Conditions", head, rows)
 
 
 def before_fall(result: WalkOutcome) -> Track:
     """The walk up to a second before any fall."""
     return result.track.until(result.end.time - (0.0 if result.end.survived else BEFORE_FALL))
+
+
+def median_over(results: Sequence[WalkOutcome], quantity: Callable[[WalkOutcome], float | None]) -> float:
+    """Median of a quantity over the runs that have it; NaN: none has."""
+    values = [value for result in results if (value := quantity(result)) is not None]
+    return float(np.median(values)) if values else math.nan
 
 
 def _times(times: Sequence[float]) -> str:

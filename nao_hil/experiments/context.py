@@ -1,4 +1,4 @@
-"""Context of an experiment: robot, wear, seeds, changed parameters, campaign, folder; walks and outcome."""
+"""Context of an experiment: robot, wear, seeds, changed parameters, folder; makes walks and runs them."""
 
 from __future__ import annotations
 
@@ -6,46 +6,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
 from pathlib import Path
-from typing import Any, Final, TypeAlias, TypeVar
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple, TypeVar
 
 import msgspec
 
-from bridge.messages.world import PlateUnderFoot
+from bridge.body import Body, load_body
 from emulator.wear import wear_of_seed
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage, ReportTable
 from nao_hil.analysis.statistics import wilson
+from nao_hil.campaigns.quantities import changed_all
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.parameters import controller_parameters, merged
+from walker.parameters import controller_parameters
 from walker.switches import differing
 
 Result = TypeVar("Result")
 
 BLOCK: Final = 5
 """Seeds that `Context.run_until_certain` walks between two looks."""
-Plates: TypeAlias = tuple[tuple[float, PlateUnderFoot], ...]
-"""Plates by time of the walk, s."""
-
-
-def setup_rows(context: Context, rows: Sequence[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
-    """An experiment's own rows, then robot, wear, seeds, and changed parameters."""
-    changes = context.changes
-    changed = {
-        table: values
-        for table, values in (("parameters", changes.parameters), ("controller", changes.controller))
-        if values
-    }
-    return (
-        *rows,
-        ("robot", f"{context.robot}, {context.wear} drives and sensors"),
-        ("seeds", seed_words(context.seeds)),
-        *(
-            ((f"changed ({changes.gait} gait)", msgspec.json.encode(changed).decode()),)
-            if changed
-            else (("parameters", "as shipped"),)
-        ),
-    )
+NO_CHANGE: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 def seed_words(seeds: Sequence[int]) -> str:
@@ -53,6 +33,31 @@ def seed_words(seeds: Sequence[int]) -> str:
     if len(seeds) > 1 and list(seeds) == list(range(seeds[0], seeds[0] + len(seeds))):
         return f"{seeds[0]} to {seeds[-1]} ({len(seeds)})"
     return ", ".join(map(str, seeds))
+
+
+class Task(NamedTuple):
+    """Walks that are made in several conditions; fields as the arguments of `Context.walks`."""
+
+    gait: str
+    duration: float
+    """s"""
+    changes: Mapping[str, Any] = NO_CHANGE
+    by_seed: Callable[[Walk], Mapping[str, Any]] = lambda _: NO_CHANGE
+    fields: Mapping[str, Any] = NO_CHANGE
+
+    def walks(self, context: Context, name: str, changes: Mapping[str, Any] = NO_CHANGE) -> list[Walk]:
+        """The walks of a condition: of its name, with its changes."""
+        all_changes = {**self.changes, **changes}
+        return context.walks(name, self.gait, self.duration, all_changes, by_seed=self.by_seed, **self.fields)
+
+    def each(
+        self, name: str, conditions: Mapping[str, Mapping[str, Any]]
+    ) -> Callable[[Context], dict[str, list[Walk]]]:
+        """The walks of an experiment by the conditions' names; each condition is its changes."""
+        return lambda context: {
+            condition: self.walks(context, f"{name}, {condition}", changes)
+            for condition, changes in conditions.items()
+        }
 
 
 @dataclass(frozen=True)
@@ -85,43 +90,34 @@ class Context:
         """Name of the physics engine."""
         return self.changes.engine
 
+    @property
+    def body(self) -> Body:
+        """Data sheet of the robot."""
+        return load_body(self.robot)
+
     def first(self, n: int) -> Context:
         """The same with the first few seeds only."""
         return replace(self, seeds=self.seeds[:n])
 
-    def on(self, wear: str) -> Context:
-        """The same on a robot in another state of wear."""
-        return replace(self, changes=msgspec.structs.replace(self.changes, wear=wear))
-
-    def on_engine(self, engine: str) -> Context:
-        """The same on a physics engine."""
-        return replace(self, changes=msgspec.structs.replace(self.changes, engine=engine))
+    def on(self, **fields: Any) -> Context:
+        """The same on another robot, wear or engine."""
+        return replace(self, changes=msgspec.structs.replace(self.changes, **fields))
 
     def configs(self, **fields: Any) -> list[RunConfig]:
         """The changes with each seed, and other fields of a configuration."""
         return [msgspec.structs.replace(self.changes, seed=seed, **fields) for seed in self.seeds]
 
-    def config(self, gait: str, seed: int, switches: dict[str, Any]) -> RunConfig:
-        """The configuration of a run.
-
-        Args:
-            gait: Name.
-            seed: Of the run.
-            switches: Fields of `walker.switches.Switches` in which the conditions of an
-                experiment differ. They overrule the changes, which hold for their own gait.
-        """
+    def config(self, gait: str) -> RunConfig:
+        """Base configuration of a gait's walks; the changed parameters hold for their own gait."""
         same = gait == self.changes.gait
         return RunConfig(
             robot=self.robot,
-            wear=wear_of_seed(self.wear, seed),
+            wear=self.wear,
             engine=self.engine,
             gait=gait,
-            seed=seed,
             steps=0,
             parameters=self.changes.parameters if same else {},
-            controller=merged(
-                self.changes.controller if same else {}, {"switches": switches} if switches else {}
-            ),
+            controller=self.changes.controller if same else {},
         )
 
     def walks(
@@ -129,73 +125,34 @@ class Context:
         name: str,
         gait: str,
         duration: float,
-        switches: dict[str, Any] | None = None,
+        changes: Mapping[str, Any] = NO_CHANGE,
         *,
-        velocity: tuple[float, ...] = (),
-        plates: Callable[[int], Plates] | None = None,
+        by_seed: Callable[[Walk], Mapping[str, Any]] = lambda _: NO_CHANGE,
         **fields: Any,
     ) -> list[Walk]:
-        """One walk per seed.
+        """The walks of a condition, one per seed.
 
         Args:
             name: Of the condition.
             gait: Name.
             duration: Of the walk, s.
-            switches: As in `config`.
-            velocity: m/s, m/s, rad/s; empty: the gait's own.
-            plates: By seed, with their times of the walk.
+            changes: Values by quantity, as in campaigns (`nao_hil.campaigns.quantities`), such as
+                `controller.switches.torso`.
+            by_seed: Further fields of a `Walk`, drawn from its seed.
             fields: More of `Walk`.
-        """
-        return [
-            Walk(
-                name=name,
-                config=msgspec.structs.replace(self.config(gait, seed, switches or {}), velocity=velocity),
-                duration=duration,
-                world_events=plates(seed) if plates else (),
-                **fields,
-            )
-            for seed in self.seeds
-        ]
 
-    def outcome(
-        self,
-        name: str,
-        title: str,
-        source: str,
-        *,
-        figures: dict[str, Any],
-        setup: Sequence[tuple[str, str]] = (),
-        walks: bool = True,
-        claims: Sequence[Claim] = (),
-        pictures: Sequence[Picture] = (),
-        tables: Sequence[ReportTable] = (),
-        findings: Sequence[str] = (),
-    ) -> Outcome:
-        """The experiment's page and its JSON.
-
-        Args:
-            name: As in the catalogue.
-            title: Of the page.
-            source: Claim of the thesis or another source.
-            figures: Measured quantities by their key in the JSON.
-            setup: Name and value.
-            walks: A robot walks in it: its wear, the seeds and the changed parameters are added to the setup.
-            claims: With their verdicts: all of them decide.
-            pictures: Of the page.
-            tables: Of the page.
-            findings: Sentences; empty ones are left out.
+        Raises:
+            ConfigurationError: an unknown quantity or an impossible value.
         """
-        page = ReportPage(
-            name=name,
-            title=title,
-            source=source,
-            setup=setup_rows(self, setup) if walks else tuple(setup),
-            claims=tuple(claims),
-            pictures=tuple(pictures),
-            tables=tuple(tables),
-            findings=tuple(text for text in findings if text),
-        )
-        return Outcome(page, figures)
+        base = Walk(name=name, config=self.config(gait), duration=duration, **fields)
+        base = changed_all(base, changes)
+        walks = []
+        for seed in self.seeds:
+            wear = wear_of_seed(base.config.wear, seed)
+            config = msgspec.structs.replace(base.config, seed=seed, wear=wear)
+            walk = msgspec.structs.replace(base, config=config)
+            walks.append(msgspec.structs.replace(walk, **by_seed(walk)))
+        return walks
 
     def map(
         self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any], *, whole: bool = False
@@ -231,29 +188,6 @@ class Context:
         for outcome in _complete(self.campaign.walk(walks), 1):
             found.setdefault(outcome.walk.name, []).append(outcome)
         return found
-
-    def run_switches(
-        self,
-        name: str,
-        gait: str,
-        duration: float,
-        conditions: Mapping[str, dict[str, Any]],
-        plates: Callable[[int], Plates] | None = None,
-    ) -> list[list[WalkOutcome]]:
-        """As `run`, with conditions that differ in switches alone.
-
-        Args:
-            name: Of the experiment.
-            gait: Name.
-            duration: Of each walk, s.
-            conditions: Switches by the condition's name.
-            plates: As in `walks`.
-        """
-        walks = (
-            self.walks(f"{name}, {condition}", gait, duration, on, plates=plates)
-            for condition, on in conditions.items()
-        )
-        return self.run(*walks)
 
     def run(self, *conditions: Sequence[Walk]) -> list[list[WalkOutcome]]:
         """Walk several conditions in one go, seed by seed, so that a stop leaves about as many of each.

@@ -18,9 +18,10 @@ from bridge.messages.world import Push
 from emulator.engine.shapes import link_shapes, lowest_point
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
-from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
-from nao_hil.analysis.statistics import few_words, wilson
+from nao_hil.analysis.report.render import Claim, Columns, table, yes_no
+from nao_hil.analysis.statistics import wilson
 from nao_hil.experiments.context import Context
+from nao_hil.experiments.experiment import Experiment, Measured
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from walker.controller import Controller
@@ -243,39 +244,39 @@ def claims(found: dict[str, Any]) -> list[Claim]:
     ]
 
 
-def experiment(context: Context) -> Outcome:
+def measure(context: Context) -> list[Fall]:
     """One push per seed; with a duration, one a minute."""
     if context.duration is not None:
         pushes(context.duration)
     tasks = [PushedWalk(config=config, duration=context.duration) for config in context.configs()]
-    walks: list[list[Fall]] = context.map("falls", pushed_walk, tasks)
-    found = judge([each for walk in walks for each in walk])
-    push = f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s"
-    if context.duration is not None:
-        push = f"{FELLING:g} N s every {PUSH_PERIOD:g} s of {context.duration:g} s"
-    rows = tuple(
-        (
-            str(each.seed),
-            f"{each.impulse:.1f} N s",
-            yes_no(each.fell),
-            f"{each.lead:.2f} s" if each.fell else "",
-            f"{each.tilt:.0f}",
-            ", ".join(f"{part} {speed:.1f} m/s" for part, speed in each.speed.items()),
-            yes_no(each.walks_on),
-        )
-        for each in found["falls"]
-    )
-    head = ("seed", "push", "fell", "noticed before", "at degrees", "reached the ground", "walks on")
-    return context.outcome(
-        "falls",
-        f"Pushes that fell a walking robot{few_words(found['n'])}",
-        "Not in the thesis.",
-        setup=[
-            ("gait", context.changes.gait),
-            ("push", f"{push}, on the torso in any level direction, 50 ms"),
-        ],
-        claims=claims(found),
-        tables=[ReportTable("Pushes", head, rows)],
-        findings=[f"After {found['needless']} pushes the robot gave way and did not fall."],
-        figures=found,
-    )
+    return [fall for walk in context.map("falls", pushed_walk, tasks) for fall in walk]
+
+
+def _setup(measured: Measured[list[Fall]]) -> list[tuple[str, str]]:
+    push, duration = f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s", measured.context.duration
+    if duration is not None:
+        push = f"{FELLING:g} N s every {PUSH_PERIOD:g} s of {duration:g} s"
+    return [
+        ("gait", measured.context.changes.gait),
+        ("push", f"{push}, on the torso in any level direction, 50 ms"),
+    ]
+
+
+COLUMNS: Final[Columns] = {
+    "seed": "{0.seed}",
+    "push": "{0.impulse:.1f} N s",
+    "fell": lambda each: yes_no(each.fell),
+    "noticed before": lambda each: f"{each.lead:.2f} s" if each.fell else "",
+    "at degrees": "{0.tilt:.0f}",
+    "reached the ground": lambda each: ", ".join(f"{part} {v:.1f} m/s" for part, v in each.speed.items()),
+    "walks on": lambda each: yes_no(each.walks_on),
+}
+FALLS: Final = Experiment(
+    title="Pushes that fell a walking robot",
+    source="Not in the thesis.",
+    setup=_setup,
+    measure=measure,
+    quantities=lambda measured: judge(measured.results),
+    claims=lambda measured: claims(measured.figures),
+    tables=lambda measured: [table("Pushes", measured.results, COLUMNS)],
+)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
 from bridge.body.joints import N_JOINTS
 from bridge.messages import ActuatorFrame
@@ -16,11 +16,11 @@ from bridge.types import Array
 from emulator.robot import EmulatedRobot
 from emulator.servo.parameters import Heating
 from emulator.start import random_drop
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
-from nao_hil.analysis.statistics import Share, few_words
+from nao_hil.analysis.report.render import Claim, Columns, table
+from nao_hil.analysis.statistics import Share
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.motion import play
@@ -168,12 +168,12 @@ def judge(drops: Sequence[Drop]) -> dict[str, Any]:
 
 def claims(wear: str, found: dict[str, Any]) -> list[Claim]:
     """The claims on the figures of `judge`."""
-    share, every = SHARE.get(wear, USUAL), found["all"]
+    share = SHARE.get(wear, USUAL)
     return [
-        Claim(
+        bounded(
             f"Of all drops {share:.0%} stand within {WITHIN:g} s, by the lower bound of the interval",
-            every.words(),
-            every.interval[0] >= share,
+            found["all"],
+            share,
         ),
         *(
             Claim(
@@ -189,15 +189,17 @@ def claims(wear: str, found: dict[str, Any]) -> list[Claim]:
             f"{found['temperature']:.1f} degrees Celsius",
             found["temperature"] < WARM,
         ),
-        Claim(
+        bounded(
             "No motor draws more than its stall current",
-            f"{found['current']:.0%} of it",
-            found["current"] <= 1.0 + _ROUNDING,
+            found["current"],
+            high=1.0 + _ROUNDING,
+            words="{:.0%} of it",
         ),
-        Claim(
+        bounded(
             f"No two limbs overlap by more than {1e3 * OVERLAP:g} mm",
-            f"{1e3 * found['overlap']:.2f} mm",
-            found["overlap"] <= OVERLAP,
+            found["overlap"],
+            high=OVERLAP,
+            words=f"{1e3 * found['overlap']:.2f} mm",
         ),
     ]
 
@@ -211,48 +213,43 @@ def dropped_courses(context: Context) -> list[Course]:
     return context.map("get-up", get_up, context.configs())
 
 
-def experiment(context: Context) -> Outcome:
-    """One drop per seed."""
-    courses = dropped_courses(context)
-    found = judge([course.drop for course in courses])
-    rows = tuple(
-        (name, str(each.n), str(each.survived), median, f"{each.tries:.1f}")
-        for name in ("back", "front", "other")
-        for each in (found[name],)
-        for median in ("" if each.median_s is None else f"{each.median_s:.1f} s",)
-    )
-    return context.outcome(
-        "get-up",
-        f"Getting up after a fall of any kind{few_words(found['all'].n)}",
-        "Not in the thesis.",
-        setup=[
-            ("drop", f"limp, {DROP:g} m over the ground, any orientation and joint angles as likely"),
-            ("stands", f"on its feet by the ground truth, and for {HOLD:g} s more"),
-        ],
-        claims=claims(context.wear, found),
-        tables=[ReportTable("By the lying side", ("lying on", "n", "stand", "median", "tries"), rows)],
-        pictures=[
-            Picture(
-                _plot(context.out / "get-up.png", courses),
-                "Height of the torso",
-                "Green: stands within the time. Red: does not.",
-            )
-        ],
-        findings=[
-            f"Seed {drop.seed}, {drop.began}: does not stand after {drop.time:.1f} s and {drop.tries} tries."
-            for drop in found["drops"]
-            if not drop.stands
-        ],
-        figures=found,
-    )
-
-
-def _plot(path: Path, courses: Sequence[Course]) -> Path:
-    figure = axes.new_figure()
+def _draw(figure: Figure, measured: Measured[list[Course]]) -> None:
     panel = figure.subplots()
-    for course in courses:
+    for course in measured.results:
         colour = axes.GREEN if course.drop.stands else axes.RED
         panel.plot(course.time, course.height, color=colour, linewidth=0.6)
     panel.set(xlabel="time / s", ylabel="height of the torso / m")
     panel.grid(alpha=0.3)
-    return save_figure(figure, path)
+
+
+SIDES: Final[Columns] = {
+    "lying on": "{0[0]}",
+    "n": "{0[1].n}",
+    "stand": "{0[1].survived}",
+    "median": lambda item: "" if item[1].median_s is None else f"{item[1].median_s:.1f} s",
+    "tries": "{0[1].tries:.1f}",
+}
+GET_UP: Final = Experiment(
+    title="Getting up after a fall of any kind",
+    source="Not in the thesis.",
+    setup=(
+        ("drop", f"limp, {DROP:g} m over the ground, any orientation and joint angles as likely"),
+        ("stands", f"on its feet by the ground truth, and for {HOLD:g} s more"),
+    ),
+    measure=dropped_courses,
+    quantities=lambda measured: judge([course.drop for course in measured.results]),
+    claims=lambda measured: claims(measured.context.wear, measured.figures),
+    tables=lambda measured: [
+        table(
+            "By the lying side", [(side, measured.figures[side]) for side in ("back", "front", "other")], SIDES
+        )
+    ],
+    pictures=(
+        Drawing("get-up.png", _draw, "Height of the torso", "Green: stands within the time. Red: does not."),
+    ),
+    findings=lambda measured: [
+        f"Seed {drop.seed}, {drop.began}: does not stand after {drop.time:.1f} s and {drop.tries} tries."
+        for drop in measured.figures["drops"]
+        if not drop.stands
+    ],
+)

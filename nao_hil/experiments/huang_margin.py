@@ -7,32 +7,29 @@ times; a step of 1 cm up and down that the plan knows of, and the same step unkn
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import SIDES
-from emulator.scenarios import Scenario, load_scenario
-from nao_hil.analysis.report.render import Claim, Outcome, Picture
+from emulator.scenarios import load_scenario
+from nao_hil.analysis.report.render import Claim
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import search
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
     Comparison,
-    Condition,
     before_fall,
-    condition,
     conditions_table,
     falls_finding,
     soles_in_world,
 )
-from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.context import Context, Task
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.runs.ground import known_ground
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -44,7 +41,18 @@ from walker.gaits.pose import ARMS
 _NOTHING: Final = 2.0
 """N; a foot with less than this bears nothing."""
 SCENARIO: Final = "step"
-FLAT: Final = Scenario()
+PLANNED: Final = "1 cm step, planned"
+UNKNOWN: Final = "1 cm step, unknown"
+DURATION: Final = 60.0
+"""s"""
+STEP_DURATION: Final = 15.0
+"""s: over the step of the scenario and off it again."""
+BAD: Final = (0.25, 0.1)
+"""Badly chosen x_sd and x_ed, shares of bound (11): the worst corner that the joints reach."""
+SHARE: Final = 0.8
+"""Least share that walks on."""
+SPEED: Final = 0.08
+"""m/s over ground, at least (median)."""
 
 
 class ZmpMatch(msgspec.Struct, frozen=True, kw_only=True):
@@ -86,19 +94,10 @@ def in_stance_sole(track: Track, body: Body) -> tuple[Array, Array, Array]:
 
 def zmp_match(results: Sequence[WalkOutcome], body: Body) -> ZmpMatch:
     """Planned against measured, medians over the runs, each until a second before its fall."""
-    values = []
-    for result in results:
-        track = before_fall(result)
-        if track.during("SSL", "SSR").any():
-            values.append(_match(track, body))
+    tracks = [before_fall(result) for result in results]
+    values = [_match(track, body) for track in tracks if track.during("SSL", "SSR").any()]
     middle = np.nanmedian(np.array(values), axis=0) if values else np.full(5, np.nan)
-    return ZmpMatch(
-        rms_x=float(middle[0]),
-        rms_y=float(middle[1]),
-        delay=float(middle[2]),
-        outside=float(middle[3]),
-        fsr_rms=float(middle[4]),
-    )
+    return ZmpMatch(**dict(zip(ZmpMatch.__struct_fields__, middle.tolist(), strict=True)))
 
 
 def _match(track: Track, body: Body) -> tuple[float, float, float, float, float]:
@@ -148,156 +147,137 @@ def _delay(track: Track) -> float:
     return cycle * int(np.argmax(scores))
 
 
-@dataclass(frozen=True)
-class HuangMarginSetup:
-    """The experiment's numbers."""
+class HuangWalks(NamedTuple):
+    """Both motions, and the walks."""
 
-    duration: float = 60.0
-    """s"""
-    step_duration: float = 15.0
-    """s: over the step of the scenario and off it again."""
-    bad: tuple[float, float] = (0.25, 0.1)
-    """Badly chosen x_sd and x_ed, shares of bound (11): the worst corner that the joints reach."""
-    share: float = 0.8
-    """That walk on, at least."""
-    speed: float = 0.08
-    """m/s over ground, at least (median)."""
+    choices: tuple[Choice, Choice]
+    """Searched, and badly chosen."""
+    margins: tuple[float, float]
+    """Planned, m."""
+    compared: Comparison
 
 
-def experiment(context: Context, setup: HuangMarginSetup | None = None) -> Outcome:
-    """All four conditions, the match of plan and truth, and the verdict."""
-    setup = setup or HuangMarginSetup()
-    body = load_body(context.robot)
-    p = gait_parameters("huang", context.config("huang", 0, {}).parameters)
-    assert isinstance(p, HuangParameters)
-    cycle = Cycle(p, body, ARMS)
-    found = search(cycle)
-    bound = 0.5 * p.D_s
-    bad = found.choice._replace(x_sd=setup.bad[0] * bound, x_ed=setup.bad[1] * bound)
-    margins = found.margin, cycle.margin(bad)
-    best, worse = context.run(
-        _walks(context, "searched", setup.duration, found.choice._asdict()),
-        _walks(context, "badly chosen", setup.duration, bad._asdict()),
-    )
-    planned, unknown = _step_walks(context, setup, found.choice, body)
-    matches = zmp_match(best, body), zmp_match(worse, body)
-    compared = Comparison({"searched": best, "badly chosen": worse})
-    conditions = compared.conditions | {
-        "1 cm step, planned": condition(planned),
-        "1 cm step, unknown": condition(unknown),
-    }
-    return context.outcome(
-        "huang-margin",
-        "The searched hip motion of Huang's gait against a badly chosen one",
-        "Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
-        setup=[
-            ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {setup.duration:g} s"),
-            ("searched", _motion(found.choice, margins[0])),
-            ("badly chosen", _motion(bad, margins[1])),
-        ],
-        claims=_claims(setup, conditions, matches),
-        pictures=[
-            Picture(
-                _plot(context.out / "huang-margin-zmp.png", (best[0], worse[0]), body),
+def huang_margin(duration: float = DURATION, step_duration: float = STEP_DURATION) -> Experiment[HuangWalks]:
+    """The experiment, with the lengths of its walks, s."""
+
+    def measure(context: Context) -> HuangWalks:
+        cycle = Cycle(_parameters(context), context.body, ARMS)
+        found = search(cycle)
+        bound = 0.5 * _parameters(context).D_s
+        bad = found.choice._replace(x_sd=BAD[0] * bound, x_ed=BAD[1] * bound)
+        searched, badly_chosen, planned, unknown = conditions(context, found.choice, bad)
+        walks = {
+            **dict(zip(("searched", "badly chosen"), context.run(searched, badly_chosen), strict=True)),
+            **dict(zip((PLANNED, UNKNOWN), context.run(planned, unknown), strict=True)),
+        }
+        return HuangWalks((found.choice, bad), (found.margin, cycle.margin(bad)), Comparison(walks))
+
+    def conditions(context: Context, searched: Choice, bad: Choice) -> list[list[Walk]]:
+        scenario = load_scenario(SCENARIO)
+        ground = msgspec.to_builtins(known_ground(scenario, context.body))
+        flat, over_step = Task("huang", duration), Task("huang", step_duration, fields={"scenario": scenario})
+        return [
+            flat.walks(context, "huang, searched", _motion(searched)),
+            flat.walks(context, "huang, badly chosen", _motion(bad)),
+            over_step.walks(context, "huang, step, planned", _motion(searched) | {"parameters.ground": ground}),
+            over_step.walks(context, "huang, step, unknown", _motion(searched) | {"parameters.ground": {}}),
+        ]
+
+    return Experiment(
+        title="The searched hip motion of Huang's gait against a badly chosen one",
+        source="Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
+        setup=lambda measured: _setup(measured, duration),
+        measure=measure,
+        quantities=_quantities,
+        claims=lambda measured: _claims(measured.figures, duration),
+        pictures=(
+            Drawing(
+                "huang-margin-zmp.png",
+                _draw,
                 "ZMP, planned and true, in the frame of the stance sole",
-                f"Single supports of seed {best[0].seed}; the outline is the sole's.",
-            )
-        ],
-        tables=[conditions_table(conditions)],
-        findings=[
-            *compared.findings(body),
-            _match_words("Searched", matches[0]),
-            _match_words("Badly chosen", matches[1]),
-            falls_finding("Step, unknown", unknown, None),
-        ],
-        figures={
-            "margin": margins[0],  # planned, m
-            "margin_bad": margins[1],
-            "with": conditions["searched"],
-            "without": conditions["badly chosen"],
-            "paired": compared.pair,
-            "zmp": matches[0],
-            "zmp_bad": matches[1],
-            "step_planned": conditions["1 cm step, planned"],
-            "step_unknown": conditions["1 cm step, unknown"],
-        },
+                "Single supports of seed {seed}; the outline is the sole's.",
+                (10.0, 5.0),
+            ),
+        ),
+        tables=lambda measured: [conditions_table(measured.results.compared.conditions)],
+        findings=_findings,
     )
 
 
-def _step_walks(
-    context: Context, setup: HuangMarginSetup, choice: Choice, body: Body
-) -> list[list[WalkOutcome]]:
-    """Over the step of the scenario, by a plan that knows of it and by one that does not."""
-    scenario, motion = load_scenario(SCENARIO), choice._asdict()
-    ground = msgspec.to_builtins(known_ground(scenario, body))
-    return context.run(
-        _walks(context, "step, planned", setup.step_duration, motion | {"ground": ground}, scenario),
-        _walks(context, "step, unknown", setup.step_duration, motion | {"ground": {}}, scenario),
-    )
+def _parameters(context: Context) -> HuangParameters:
+    found = gait_parameters("huang", context.config("huang").parameters)
+    assert isinstance(found, HuangParameters)
+    return found
 
 
-def _walks(
-    context: Context, name: str, duration: float, parameters: dict[str, Any], scenario: Scenario = FLAT
-) -> list[Walk]:
-    """One walk per seed with these parameters of the gait."""
+def _motion(choice: Choice) -> dict[str, Any]:
+    return {f"parameters.{name}": value for name, value in choice._asdict().items()}
+
+
+def _setup(measured: Measured[HuangWalks], duration: float) -> list[tuple[str, str]]:
+    p, (choices, margins, _) = _parameters(measured.context), measured.results
     return [
-        msgspec.structs.replace(
-            walk, config=msgspec.structs.replace(walk.config, parameters=walk.config.parameters | parameters)
-        )
-        for walk in context.walks(f"huang, {name}", "huang", duration, scenario=scenario)
+        ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {duration:g} s"),
+        *(
+            (name, f"x_sd = {1e3 * c.x_sd:.1f} mm, x_ed = {1e3 * c.x_ed:.1f} mm, margin {1e3 * margin:.1f} mm")
+            for name, c, margin in zip(("searched", "badly chosen"), choices, margins, strict=True)
+        ),
     ]
 
 
-def _claims(
-    setup: HuangMarginSetup, conditions: dict[str, Condition], matches: tuple[ZmpMatch, ZmpMatch]
-) -> tuple[Claim, ...]:
-    best, worse = conditions["searched"], conditions["badly chosen"]
-    return (
-        Claim(
-            f"with the searched motion {100 * setup.share:.0f} % walk on for {setup.duration:g} s",
-            best.words(),
-            best.interval[0] >= setup.share,
-        ),
-        Claim(f"at {setup.speed} m/s or more over ground", f"{best.speed:.3f} m/s", best.speed >= setup.speed),
+def _quantities(measured: Measured[HuangWalks]) -> dict[str, Any]:
+    _, margins, compared = measured.results
+    searched, bad, *_ = compared.walks.values()
+    return {
+        "margin": margins[0],
+        "margin_bad": margins[1],
+        "with": compared.conditions["searched"],
+        "without": compared.conditions["badly chosen"],
+        "paired": compared.pair,
+        "zmp": zmp_match(searched, measured.body),
+        "zmp_bad": zmp_match(bad, measured.body),
+        "step_planned": compared.conditions[PLANNED],
+        "step_unknown": compared.conditions[UNKNOWN],
+    }
+
+
+def _claims(found: dict[str, Any], duration: float) -> list[Claim]:
+    best, worse = found["with"], found["without"]
+    outside, outside_bad = found["zmp"].outside, found["zmp_bad"].outside
+    leans = worse.tilt_max_deg[0] > best.tilt_max_deg[0]
+    return [
+        bounded(f"with the searched motion {100 * SHARE:.0f} % walk on for {duration:g} s", best, SHARE),
+        bounded(f"at {SPEED} m/s or more over ground", best.speed, SPEED, words="{:.3f} m/s"),
         Claim(
             "the search pays: the badly chosen motion falls more often, leans more, or leaves the sole more",
             f"{worse.words()}, leans {worse.tilt_max_deg[0]:.1f} deg against {best.tilt_max_deg[0]:.1f}, "
-            f"ZMP outside {100 * matches[1].outside:.1f} % against {100 * matches[0].outside:.1f} %",
-            worse.survived < best.survived
-            or (worse.tilt_max_deg[0] > best.tilt_max_deg[0] and matches[1].outside > matches[0].outside),
+            f"ZMP outside {100 * outside_bad:.1f} % against {100 * outside:.1f} %",
+            worse.survived < best.survived or (leans and outside_bad > outside),
         ),
-        Claim(
-            "a known step of 1 cm up and down is walked by plan",
-            conditions["1 cm step, planned"].words(),
-            conditions["1 cm step, planned"].interval[0] >= setup.share,
-        ),
-    )
+        bounded("a known step of 1 cm up and down is walked by plan", found["step_planned"], SHARE),
+    ]
 
 
-def _motion(choice: Choice, margin: float) -> str:
-    return f"x_sd = {1e3 * choice.x_sd:.1f} mm, x_ed = {1e3 * choice.x_ed:.1f} mm, margin {1e3 * margin:.1f} mm"
+def _findings(measured: Measured[HuangWalks]) -> list[str]:
+    walks = measured.results.compared.walks
+    both = Comparison({name: walks[name] for name in ("searched", "badly chosen")})
+    return [
+        *both.findings(measured.body),
+        falls_finding("Step, unknown", walks[UNKNOWN], None),
+    ]
 
 
-def _match_words(name: str, match: ZmpMatch) -> str:
-    return (
-        f"{name}: the true ZMP is {1e3 * match.rms_x:.0f} mm (x) and {1e3 * match.rms_y:.0f} mm (y) off the "
-        f"plan (RMS in single support, {match.delay:.2f} s late), outside the stance sole for "
-        f"{100 * match.outside:.1f} % of it; by the force sensors {1e3 * match.fsr_rms:.0f} mm off the truth."
-    )
-
-
-def _plot(file: Path, results: tuple[WalkOutcome, WalkOutcome], body: Body) -> Path:
-    figure = axes.new_figure(10.0, 5.0)
-    hull = np.vstack((sole_hull(body, "L"), sole_hull(body, "L")[:1]))
-    for axis, result, name in zip(
-        figure.subplots(1, 2, sharey=True), results, ("searched", "badly chosen"), strict=True
-    ):
-        track = before_fall(result)
-        _, plan, truth = in_stance_sole(track, body)
+def _draw(figure: Figure, measured: Measured[HuangWalks]) -> None:
+    hull = np.vstack((sole_hull(measured.body, "L"), sole_hull(measured.body, "L")[:1]))
+    panels = figure.subplots(1, 2, sharey=True)
+    for axis, (name, results) in zip(panels, measured.results.compared.walks.items(), strict=False):
+        _, plan, truth = in_stance_sole(before_fall(results[0]), measured.body)
         axis.plot(1e3 * hull[:, 0], 1e3 * hull[:, 1], color="k", linewidth=0.8)
         axis.plot(1e3 * truth[:, 0], 1e3 * truth[:, 1], ".", ms=1.5, color=axes.BLUE, label="true")
         axis.plot(1e3 * plan[:, 0], 1e3 * plan[:, 1], ".", ms=2.5, color=axes.RED, label="planned")
         axis.set(xlabel="x from the ankle, mm", title=name, aspect="equal")
         axis.legend(fontsize=8)
     figure.axes[0].set_ylabel("y from the ankle, outwards, mm")
-    return save_figure(figure, file)
+
+
+HUANG_MARGIN: Final = huang_margin()

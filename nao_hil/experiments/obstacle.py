@@ -10,34 +10,36 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.messages.world import PlateUnderFoot
-from nao_hil.analysis.report.render import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
     MAJORITY,
     Comparison,
     ankle_in_hip,
     condition,
-    conditions_table,
     falls_claim,
+    median_over,
     soles_in_world,
-    survives_claim,
 )
-from nao_hil.experiments.context import Context, Plates
-from nao_hil.files import save_figure
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded, comparison
 from nao_hil.runs.track import Array, Track
-from nao_hil.runs.walk import WalkOutcome
+from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.switches import NAMED
 
 _NONE: Final[dict[str, Any]] = msgspec.to_builtins(NAMED["none"])
-SWITCHES: Final[dict[str, dict[str, Any]]] = {"with": _NONE | {"leg_admittance": True}, "without": _NONE}
+SWITCHES: Final[dict[str, dict[str, Any]]] = {
+    "with": {"controller.switches": _NONE | {"leg_admittance": True}},
+    "without": {"controller.switches": _NONE},
+}
 """By condition: the leg admittance alone, and the bare plan."""
 DURATION: Final = 45.0
 """s; the thesis' robot steps off its object at about 32 s."""
@@ -61,16 +63,16 @@ WITHOUT_FORCE: Final = 15.0
 """The same without it, N."""
 
 
-def board(seed: int, time: float = TIME) -> Plates:
-    """The board; its front edge is drawn from the seed, uniform in `FRONT`.
+def board(walk: Walk, time: float = TIME) -> dict[str, Any]:
+    """The board as an event of a walk; its front edge is drawn from the seed, uniform in `FRONT`.
 
     Args:
-        seed: Of the walk.
+        walk: With its seed.
         time: Of the walk, s.
     """
-    front, (outer, inner) = np.random.default_rng(seed).uniform(*FRONT), SIDES
+    front, (outer, inner) = np.random.default_rng(walk.config.seed).uniform(*FRONT), SIDES
     size, shift = (LENGTH, inner - outer, HEIGHT), (front - 0.5 * LENGTH, 0.5 * (inner + outer))
-    return ((time, PlateUnderFoot(foot="right", size=size, shift=shift)),)
+    return {"world_events": ((time, PlateUnderFoot(foot="right", size=size, shift=shift)),)}
 
 
 def landing_force(result: WalkOutcome, time: float = TIME) -> float | None:
@@ -107,56 +109,49 @@ def steps_down(found: Sequence[float]) -> bool:
     return [height > 0.5 * HEIGHT for height in found[:3]] == [True, True, False]
 
 
-def plot_force(path: Path, with_: Track, without: Track, time: float) -> Path:
-    """Sensors of the swing foot over the time of the walk, N."""
-    figure = axes.new_figure(9.0, 7.0)
-    longer = with_ if len(with_) >= len(without) else without
-    whole, landing = figure.subplots(2, 1)
-    for panel in (whole, landing):
-        axes.phase_line(panel, longer, 5.0, axes.GREEN)
-        axes.two_conditions(panel, with_, without, lambda track: track["fsr"][:, 4:].sum(axis=1))
-        axes.finish(panel, "t / s", "F_R,Foot,z / N")
-    landing.axvline(time, color="k", linestyle=":", linewidth=0.9)
-    landing.set(xlim=(time - 1.5, time + 2.5), title="about the board")
-    return save_figure(figure, path)
+def obstacle(duration: float = DURATION, time: float = TIME) -> Experiment[Comparison]:
+    """R1.
 
-
-def plot_feet(path: Path, body: Body, track: Track) -> Path:
-    """Ankles in the frames of their hips as requested, over the time of the walk, mm."""
-    figure = axes.new_figure()
-    panel = figure.subplots()
-    axes.feet(panel, track["time"], *(ankle_in_hip(body, side, track["request"]) for side in ("L", "R")))
-    axes.phase_line(panel, track, 30.0)
-    axes.finish(panel, "t / s", "p_i,0^i,8 / mm")
-    return save_figure(figure, path)
-
-
-def experiment(context: Context, duration: float = DURATION, time: float = TIME) -> Outcome:
-    """Both conditions with and without the board, the figures 4.1, 4.2 and 4.8, and the verdict."""
-    body, laid = load_body(context.robot), functools.partial(board, time=time)
+    Args:
+        duration: Of each walk, s.
+        time: Of the board, s of the walk.
+    """
     titles = tuple(f"{name}, {ground}" for ground in ("board", "bare floor") for name in SWITCHES)
-    walks = (
-        context.walks(
-            f"obstacle, {title}", "static", duration, SWITCHES[title.partition(",")[0]], plates=plates
-        )
-        for title, plates in zip(titles, (laid, laid, None, None), strict=True)
-    )
-    compared = Comparison(dict(zip(titles, context.run(*walks), strict=True)))
-    with_, without, *_ = compared.walks.values()
-    conditions = list(compared.conditions.values())
-    forces = [
-        float(np.median([f for result in of if (f := landing_force(result, time)) is not None] or [math.nan]))
-        for of in (with_, without)
-    ]
-    stayed = [steps_down(heights(result, body, time)) for result in with_]
-    passed, fallen = (condition(of, by=PASSED) for of in (with_, without))
-    return context.outcome(
-        "obstacle",
-        "R1: a board of 1 cm under the swing foot, leg admittance",
-        "Thesis 4.1.1, figures 4.1, 4.2 and 4.8: at t = 17 s, in SSL, an object of 1 cm lies under the swing "
-        "foot. Without admittance the contact force reaches 15 N and the robot falls at about 18 s; with it "
-        "the force stays below 5 N, the foot stays on the object for two steps and steps down at about 32 s.",
-        setup=[
+
+    def conditions(context: Context) -> dict[str, list[Walk]]:
+        laid = {"board": functools.partial(board, time=time)}
+        return {
+            title: context.walks(
+                f"obstacle, {title}",
+                "static",
+                duration,
+                SWITCHES[title.partition(", ")[0]],
+                by_seed=laid.get(title.partition(", ")[2], lambda _: {}),
+            )
+            for title in titles
+        }
+
+    def quantities(measured: Measured[Comparison]) -> dict[str, Any]:
+        walks, body = measured.results.walks, measured.body
+        with_, without = walks[titles[0]], walks[titles[1]]
+        force = functools.partial(landing_force, time=time)
+        return {
+            "floor_with": measured.results.conditions[titles[2]],
+            "floor_without": measured.results.conditions[titles[3]],
+            "with_at_25_s": condition(with_, by=PASSED),
+            "without_at_25_s": condition(without, by=PASSED),
+            "stepped_down": sum(steps_down(heights(result, body, time)) for result in with_),
+            "force_with": median_over(with_, force),  # N
+            "force_without": median_over(without, force),
+        }
+
+    return comparison(
+        title="R1: a board of 1 cm under the swing foot, leg admittance",
+        source="Thesis 4.1.1, figures 4.1, 4.2 and 4.8: at t = 17 s, in SSL, an object of 1 cm lies under the "
+        "swing foot. Without admittance the contact force reaches 15 N and the robot falls at about 18 s; "
+        "with it the force stays below 5 N, the foot stays on the object for two steps and steps down at "
+        "about 32 s.",
+        setup=(
             ("gait", "static, T_DSP 2 s, T_SSP 1.5 s"),
             (
                 "board",
@@ -168,62 +163,89 @@ def experiment(context: Context, duration: float = DURATION, time: float = TIME)
             ),
             ("length", f"{duration:g} s"),
             ("controllers", "the leg admittance and nothing else; without: the bare plan"),
-        ],
-        claims=[
-            falls_claim(f"On the board most without the admittance fall by {PASSED:g} s", fallen, MAJORITY),
-            survives_claim(f"With it most stand at {PASSED:g} s", passed, MAJORITY),
-            survives_claim(f"With it most walk on for {duration:g} s", conditions[0], MAJORITY),
-            Claim(
-                "With it most stay on the board for two steps and step down",
-                f"{sum(stayed)} of {len(stayed)}",
-                sum(stayed) >= MAJORITY * len(stayed),
+        ),
+        conditions=conditions,
+        quantities=quantities,
+        claims=lambda measured: _claims(measured.figures, duration),
+        pictures=(
+            Drawing(
+                "obstacle-4.1.png",
+                functools.partial(_draw_force, time=time),
+                "Figure 4.1: contact force on the right foot",
+                f"{_NOTE} Sum of the right foot's four sensors; phases green: 0 DSL, 5 SSL, 10 DSR, 15 SSR.",
+                (9.0, 7.0),
             ),
-            Claim(
-                f"Contact force in SSL at most {WITH_FORCE:g} N with it, {WITHOUT_FORCE:g} N or more without",
-                f"{forces[0]:.1f} N with, {forces[1]:.1f} N without (medians of the peaks)",
-                forces[0] <= WITH_FORCE and forces[1] >= WITHOUT_FORCE,
+            Drawing(
+                "obstacle-4.2.png",
+                lambda figure, measured: axes.pitch_and_roll(figure, *_shown(measured)),
+                "Figure 4.2: pitch of the torso, and its roll",
+                f"{_NOTE} True angles, positive nose down and to the right.",
+                axes.TALL,
             ),
-            *(
-                survives_claim(f"On the bare floor most walk on {name} the admittance", of, MAJORITY)
-                for name, of in zip(SWITCHES, conditions[2:], strict=True)
+            Drawing(
+                "obstacle-4.8.png",
+                _draw_feet,
+                "Figure 4.8: trajectories of the feet with the leg admittance",
+                "Seed {seed}; ankles in the frames of their hips as requested, left solid, right dash-dotted; "
+                "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
             ),
-        ],
-        pictures=_pictures(context.out, body, with_[0], without[0], time),
-        tables=[conditions_table(compared.conditions)],
-        findings=compared.findings(body),
-        figures={
-            "with": conditions[0],
-            "without": conditions[1],
-            "floor_with": conditions[2],
-            "floor_without": conditions[3],
-            "with_at_25_s": passed,
-            "stepped_down": sum(stayed),
-            "paired": compared.pair,
-            "force_with": forces[0],  # N, median over the runs
-            "force_without": forces[1],
-        },
+        ),
     )
 
 
-def _pictures(
-    out: Path, body: Body, with_: WalkOutcome, without: WalkOutcome, time: float
-) -> tuple[Picture, ...]:
-    note = f"Seed {with_.seed}; blue without, red with the leg admittance."
-    return (
-        Picture(
-            plot_force(out / "obstacle-4.1.png", with_.track, without.track, time),
-            "Figure 4.1: contact force on the right foot",
-            f"{note} Sum of the right foot's four sensors; phases green: 0 DSL, 5 SSL, 10 DSR, 15 SSR.",
+_NOTE: Final = "Seed {seed}; blue without, red with the leg admittance."
+
+
+def _claims(found: dict[str, Any], duration: float) -> list[Claim]:
+    stayed, n, forces = found["stepped_down"], found["with"].n, (found["force_with"], found["force_without"])
+    return [
+        falls_claim(
+            f"On the board most without the admittance fall by {PASSED:g} s", found["without_at_25_s"], MAJORITY
         ),
-        Picture(
-            axes.pitch_and_roll(out / "obstacle-4.2.png", with_.track, without.track),
-            "Figure 4.2: pitch of the torso, and its roll",
-            f"{note} True angles, positive nose down and to the right.",
+        bounded(f"With it most stand at {PASSED:g} s", found["with_at_25_s"], MAJORITY),
+        bounded(f"With it most walk on for {duration:g} s", found["with"], MAJORITY),
+        Claim(
+            "With it most stay on the board for two steps and step down",
+            f"{stayed} of {n}",
+            stayed >= MAJORITY * n,
         ),
-        Picture(
-            plot_feet(out / "obstacle-4.8.png", body, with_.track),
-            "Figure 4.8: trajectories of the feet with the leg admittance",
-            f"Seed {with_.seed}; ankles in the frames of their hips as requested, left solid, right "
-            "dash-dotted; phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
+        Claim(
+            f"Contact force in SSL at most {WITH_FORCE:g} N with it, {WITHOUT_FORCE:g} N or more without",
+            "{:.1f} N with, {:.1f} N without (medians of the peaks)".format(*forces),
+            forces[0] <= WITH_FORCE and forces[1] >= WITHOUT_FORCE,
         ),
-    )
+        *(
+            bounded(f"On the bare floor most walk on {name} the admittance", found[f"floor_{name}"], MAJORITY)
+            for name in SWITCHES
+        ),
+    ]
+
+
+def _shown(measured: Measured[Comparison]) -> tuple[Track, Track]:
+    with_, without, *_ = measured.results.walks.values()
+    return with_[0].track, without[0].track
+
+
+def _draw_force(figure: Figure, measured: Measured[Comparison], time: float) -> None:
+    """Sensors of the swing foot over the time of the walk, N."""
+    with_, without = _shown(measured)
+    longer = with_ if len(with_) >= len(without) else without
+    whole, landing = figure.subplots(2, 1)
+    for panel in (whole, landing):
+        axes.phase_line(panel, longer, 5.0, axes.GREEN)
+        axes.two_conditions(panel, with_, without, lambda track: track["fsr"][:, 4:].sum(axis=1))
+        axes.finish(panel, "t / s", "F_R,Foot,z / N")
+    landing.axvline(time, color="k", linestyle=":", linewidth=0.9)
+    landing.set(xlim=(time - 1.5, time + 2.5), title="about the board")
+
+
+def _draw_feet(figure: Figure, measured: Measured[Comparison]) -> None:
+    """Ankles in the frames of their hips as requested, over the time of the walk, mm."""
+    panel, (track, _) = figure.subplots(), _shown(measured)
+    ankles = (ankle_in_hip(measured.body, side, track["request"]) for side in ("L", "R"))
+    axes.feet(panel, track["time"], *ankles)
+    axes.phase_line(panel, track, 30.0)
+    axes.finish(panel, "t / s", "p_i,0^i,8 / mm")
+
+
+OBSTACLE: Final = obstacle()

@@ -10,27 +10,26 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.types import SIDES, Side
-from nao_hil.analysis.report.render import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
+    Comparison,
     ankle_in_hip,
-    condition,
-    conditions_table,
-    falls_finding,
+    median_over,
     soles_in_world,
 )
 from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.experiment import Drawing, Measured, comparison
 from nao_hil.runs.track import Array, Track
-from nao_hil.runs.walk import WalkOutcome
+from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
 from walker.switches import NAMED
 
@@ -93,52 +92,6 @@ def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> d
     }
 
 
-def static_walk(context: Context) -> Outcome:
-    """Figure 3.4 planned and measured, and the design values."""
-    context = context.first(RUNS)
-    body = load_body(context.robot)
-    bare = msgspec.to_builtins(NAMED["none"])
-    (results,) = context.run(context.walks("static-walk", "static", STATIC, bare))
-    changes = context.config("static", 0, bare)
-    gait = make_gait("static", gait_parameters("static", changes.parameters), body)
-    values = design_values(plan(gait, STATIC), body)
-    errors = [_foot_error(result.track, body) for result in results]
-    lifts = [lift for result in results for lift in _lifts(result.track, body)]
-    feet_rms = float(np.sqrt(np.mean(np.square(errors))))
-    lift = float(np.median(lifts)) if lifts else math.nan
-    walked = condition(results)
-    return context.outcome(
-        "static-walk",
-        "R7: the statically stable gait",
-        "Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
-        setup=[("gait", "static, no controllers"), ("length", f"{STATIC:g} s")],
-        claims=[
-            *_design_claims(ASKED, values),
-            Claim("The robot walks it on flat ground", walked.words(), walked.survived == walked.n),
-        ],
-        pictures=[
-            Picture(
-                _plot_feet(context.out / "static-walk-3.4.png", results[0], body, values["l_GH"]),
-                "Figure 3.4: trajectories of the feet, planned and walked",
-                f"Seed {results[0].seed}; ankles in the frames of their hips, left solid, right dash-dotted; "
-                "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
-            )
-        ],
-        tables=[conditions_table({"no controllers": walked})],
-        findings=[
-            f"Ankles are {1e3 * feet_rms:.1f} mm (rms) from where they are planned against their hips; a swing "
-            f"lifts the sole by {1e3 * lift:.0f} mm over where it stood (median).",
-            falls_finding("The walk", results, body),
-        ],
-        figures={
-            **values,  # s and m, read from the planned trajectories
-            "walked": walked,
-            "feet_rms": feet_rms,  # of the ankles from where they are requested, in their hips' frames, m
-            "lift_measured": lift,  # median of the largest of each swing, m
-        },
-    )
-
-
 def _foot_error(track: Track, body: Body) -> float:
     """Root mean square distance of measured from requested ankles, both feet, m."""
     off = [
@@ -151,7 +104,7 @@ def _lifts(track: Track, body: Body) -> list[float]:
     """Largest rise of the true swing sole over where it stood, in each single support, m."""
     lifts = []
     edges = np.flatnonzero(np.diff(track["phase"])) + 1
-    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+    for begin, end in itertools.pairwise(edges.tolist()):
         part = Track(track.rows[begin:end])
         for side, phase in zip(SIDES, ("SSR", "SSL"), strict=True):
             if part.during(phase)[0]:
@@ -160,17 +113,32 @@ def _lifts(track: Track, body: Body) -> list[float]:
     return lifts
 
 
-def _plot_feet(path: Path, result: WalkOutcome, body: Body, height: float) -> Path:
-    figure = axes.new_figure(9.0, 7.0)
-    track = result.track
-    planned = [_planned(track, body, side, height) for side in SIDES]
+def _static_quantities(measured: Measured[Comparison]) -> dict[str, Any]:
+    body, (walks,) = measured.body, measured.results.walks.values()
+    changes = measured.context.config("static")
+    gait = make_gait("static", gait_parameters("static", changes.parameters), body)
+    lifts = [lift for result in walks for lift in _lifts(result.track, body)]
+    return {
+        **design_values(plan(gait, STATIC), body),  # s and m, read from the planned trajectories
+        # of the ankles from where they are requested, in their hips' frames, m
+        "feet_rms": float(np.sqrt(np.mean([_foot_error(result.track, body) ** 2 for result in walks]))),
+        "lift_measured": float(np.median(lifts)) if lifts else math.nan,  # of the largest of each swing, m
+    }
+
+
+def _draw_feet(figure: Figure, measured: Measured[Comparison]) -> None:
+    body, track = measured.body, _first(measured).track
+    planned = [_planned(track, body, side, measured.figures["l_GH"]) for side in SIDES]
     walked = [ankle_in_hip(body, side, track["joints"]) for side in SIDES]
     panels = figure.subplots(2, 1, sharex=True)
     for panel, (left, right), title in zip(panels, (planned, walked), ("planned", "walked"), strict=True):
         axes.feet(panel, track["time"], left, right)
         axes.phase_line(panel, track, 30.0)
         axes.finish(panel, "t / s", "p_i,0^i,8 / mm", title)
-    return save_figure(figure, path)
+
+
+def _first(measured: Measured[Comparison]) -> WalkOutcome:
+    return next(iter(measured.results.walks.values()))[0]
 
 
 def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
@@ -223,67 +191,31 @@ def read_plan(references: Sequence[Plan], dt: float) -> dict[str, float]:
     }
 
 
-def dynamic_walk(context: Context) -> Outcome:
-    """Figures 3.6 and 3.7 planned and walked, and the design values."""
-    context = context.first(RUNS)
-    body = load_body(context.robot)
-    (results,) = context.run(context.walks("dynamic-walk", "dynamic", DYNAMIC))
-    parameters = gait_parameters("dynamic", context.config("dynamic", 0, {}).parameters)
+def _dynamic_quantities(measured: Measured[Comparison]) -> dict[str, Any]:
+    body, (walks,) = measured.body, measured.results.walks.values()
+    parameters = gait_parameters("dynamic", measured.context.config("dynamic").parameters)
     references = plan(make_gait("dynamic", parameters, body), 5.0, DT)
-    values = read_plan(references, DT)
-    speed = references[round(4.0 / DT)].com[0] / 4.0
-    sways = [_sway(result.track, body) for result in results]
-    sway, drift = float(np.sqrt(np.mean([rms**2 for rms, _ in sways]))), float(np.median([d for _, d in sways]))
-    walked = condition(results)
-    note = f"Seed {results[0].seed}; planned blue, walked red."
-    return context.outcome(
-        "dynamic-walk",
-        "R7: the dynamically stable gait",
-        "Thesis 3.3.2, figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 m; a mean speed "
-        "of 0.15 m/s, start-up included.",
-        setup=[("gait", "dynamic, with its own controllers"), ("length", f"{DYNAMIC:g} s")],
-        claims=[
-            *_design_claims(EXPECTED, values),
-            Claim("The robot walks it, with its controllers", walked.words(), walked.survived == walked.n),
-        ],
-        pictures=[
-            Picture(
-                _plot_time(context.out / "dynamic-walk-3.6.png", results[0], body),
-                "Figure 3.6: centre of mass over time, planned and walked",
-                note,
-            ),
-            Picture(
-                _plot_path(context.out / "dynamic-walk-3.7.png", results[0], body),
-                "Figure 3.7: path of the centre of mass, planned and walked",
-                note,
-            ),
-        ],
-        tables=[conditions_table({"with its controllers": walked})],
-        findings=[
-            f"The plan makes {speed:.3f} m/s over its first 4 s, the start included (the thesis reads 0.15), "
-            f"and {values['speed']:.3f} m/s then; the robot walks {walked.speed:.3f} m/s (median).",
-            f"To the side the true centre of mass is {1e3 * sway:.0f} mm (rms) from the plan once the drift of "
-            f"the heading is taken out, which is {100.0 * drift:+.0f} % of the way (median).",
-            falls_finding("The walk", results, body),
-        ],
-        figures={
-            "planned": values,
-            "mean_speed": speed,  # of the plan over the time that figure 3.6 shows, m/s
-            "walked": walked,
-            "sway_rms": sway,  # of the true from the planned centre of mass along y without drift, m
-            "drift": drift,  # to the side over the way ahead
-        },
-    )
+    return {
+        "planned": read_plan(references, DT),
+        "mean_speed": references[round(4.0 / DT)].com[0] / 4.0,  # over the time that figure 3.6 shows, m/s
+        # of the true from the planned centre of mass along y without drift, m
+        "sway_rms": float(np.sqrt(np.mean([_sway(result.track, body)[0] ** 2 for result in walks]))),
+        "drift": median_over(walks, lambda result: _sway(result.track, body)[1]),  # to the side over the way
+    }
 
 
-def _design_claims(expected: Mapping[str, float], values: Mapping[str, float]) -> list[Claim]:
+def _claims(expected: Mapping[str, float], values: Mapping[str, float], text: str, walked: Any) -> list[Claim]:
+    """The design values, and that all walk."""
     return [
-        Claim(
-            f"{name} = {value:g} (within {100.0 * TOLERANCE:g} %)",
-            f"{values[name]:.5g}",
-            abs(values[name] / value - 1.0) <= TOLERANCE,
-        )
-        for name, value in expected.items()
+        *(
+            Claim(
+                f"{name} = {value:g} (within {100.0 * TOLERANCE:g} %)",
+                f"{values[name]:.5g}",
+                abs(values[name] / value - 1.0) <= TOLERANCE,
+            )
+            for name, value in expected.items()
+        ),
+        Claim(text, walked.words(), walked.survived == walked.n),
     ]
 
 
@@ -306,23 +238,78 @@ def _sway(track: Track, body: Body) -> tuple[float, float]:
     return float(np.std(off - rate * track["time"] - start)), float(rate / ahead)
 
 
-def _plot_time(path: Path, result: WalkOutcome, body: Body) -> Path:
-    figure = axes.new_figure(9.0, 6.5)
-    track = result.track
-    walked = _com_walked(track, body)
+def _draw_time(figure: Figure, measured: Measured[Comparison]) -> None:
+    track = _first(measured).track
+    walked = _com_walked(track, measured.body)
     for i, (panel, name) in enumerate(zip(figure.subplots(2, 1, sharex=True), "xy", strict=True)):
         panel.plot(track["time"], track["plan_com"][:, i], axes.BLUE, label="planned")
         panel.plot(track["time"], walked[:, i], axes.RED, linewidth=0.9, label="walked")
         axes.finish(panel, "t / s", f"{name}_W^CoG / m")
-    return save_figure(figure, path)
 
 
-def _plot_path(path: Path, result: WalkOutcome, body: Body) -> Path:
-    figure = axes.new_figure(9.0, 4.0)
-    panel = figure.subplots()
-    track = result.track
-    walked = _com_walked(track, body)
+def _draw_path(figure: Figure, measured: Measured[Comparison]) -> None:
+    track, panel = _first(measured).track, figure.subplots()
+    walked = _com_walked(track, measured.body)
     panel.plot(track["plan_com"][:, 0], track["plan_com"][:, 1], axes.BLUE, label="planned")
     panel.plot(walked[:, 0], walked[:, 1], axes.RED, linewidth=0.9, label="walked")
     axes.finish(panel, "x_W^CoG / m", "y_W^CoG / m")
-    return save_figure(figure, path)
+
+
+def _static_conditions(context: Context) -> dict[str, list[Walk]]:
+    bare = {"controller.switches": msgspec.to_builtins(NAMED["none"])}
+    return {"no controllers": context.walks("static-walk", "static", STATIC, bare)}
+
+
+STATIC_WALK: Final = comparison(
+    most_seeds=RUNS,
+    title="R7: the statically stable gait",
+    source="Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
+    setup=(("gait", "static, no controllers"), ("length", f"{STATIC:g} s")),
+    conditions=_static_conditions,
+    quantities=_static_quantities,
+    claims=lambda measured: _claims(
+        ASKED, measured.figures, "The robot walks it on flat ground", measured.figures["walked"]
+    ),
+    pictures=(
+        Drawing(
+            "static-walk-3.4.png",
+            _draw_feet,
+            "Figure 3.4: trajectories of the feet, planned and walked",
+            "Seed {seed}; ankles in the frames of their hips, left solid, right dash-dotted; phases: 0 DSL, "
+            "30 SSL, 60 DSR, 90 SSR.",
+            (9.0, 7.0),
+        ),
+    ),
+)
+_NOTE: Final = "Seed {seed}; planned blue, walked red."
+DYNAMIC_WALK: Final = comparison(
+    most_seeds=RUNS,
+    title="R7: the dynamically stable gait",
+    source="Thesis 3.3.2, figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 m; a mean "
+    "speed of 0.15 m/s, start-up included.",
+    setup=(("gait", "dynamic, with its own controllers"), ("length", f"{DYNAMIC:g} s")),
+    conditions=lambda context: {"with its controllers": context.walks("dynamic-walk", "dynamic", DYNAMIC)},
+    quantities=_dynamic_quantities,
+    claims=lambda measured: _claims(
+        EXPECTED,
+        measured.figures["planned"],
+        "The robot walks it, with its controllers",
+        measured.figures["walked"],
+    ),
+    pictures=(
+        Drawing(
+            "dynamic-walk-3.6.png",
+            _draw_time,
+            "Figure 3.6: centre of mass over time, planned and walked",
+            _NOTE,
+            (9.0, 6.5),
+        ),
+        Drawing(
+            "dynamic-walk-3.7.png",
+            _draw_path,
+            "Figure 3.7: path of the centre of mass, planned and walked",
+            _NOTE,
+            (9.0, 4.0),
+        ),
+    ),
+)

@@ -6,20 +6,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from operator import attrgetter
-from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.stats import norm
 
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
-from nao_hil.analysis.statistics import Estimate, few_words
+from nao_hil.analysis.report.render import Claim, Columns, ReportTable, table
+from nao_hil.analysis.statistics import Estimate
 from nao_hil.experiments import axes
-from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.context import Context, Task
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.runs.events import StridePush
-from nao_hil.runs.walk import Walk
 
 LAPSE: Final = 0.02
 """Chance that the strength does not matter in a trial."""
@@ -81,158 +80,162 @@ WALKING_BEST: Final = 3.0
 STANDING_WORST: Final = 3.0
 
 
-class PushCell(msgspec.Struct, frozen=True, kw_only=True):
+class Place(NamedTuple):
     """A direction and a phase."""
 
     direction: float
     """In which it pushes, rad: 0 forward, pi/2 to the left."""
     phase: float | None
     """Part of the stride since the left single support; None: of a standing robot."""
+
+    def words(self) -> str:
+        """As text for the report."""
+        when = "standing" if self.phase is None else f"phase {self.phase:g}"
+        return f"{math.degrees(self.direction):g} deg, {when}"
+
+
+class PushCell(msgspec.Struct, frozen=True, kw_only=True):
+    """Threshold of a place."""
+
+    direction: float
+    phase: float | None
     impulse: Estimate
     """At which half fall, N s."""
     n: int
 
 
-_Place = tuple[float, float | None]
-"""Direction, and phase or None."""
-
-
-def experiment(context: Context) -> Outcome:
+def _measure(context: Context) -> dict[Place, ThresholdSearch]:
     """Search all cells at once: one walk of each per seed, at the impulse that its walks before point to."""
-    gait = context.gait or "omni"
     turn = [math.tau * i / DIRECTIONS for i in range(DIRECTIONS)]
-    phases = [i / PHASES for i in range(PHASES)]
-    places: list[_Place] = [(d, p) for d in turn for p in phases] + [(d, None) for d in turn]
+    places = [Place(d, i / PHASES) for d in turn for i in range(PHASES)] + [Place(d, None) for d in turn]
     searches = {place: ThresholdSearch(*RANGE) for place in places}
     for seed in context.seeds:
-        _round(replace(context, seeds=(seed,)), gait, searches)
+        one = replace(context, seeds=(seed,))
+        strengths = {place: search.threshold.value for place, search in searches.items()}
+        walks = {place: _task(_gait(context), place, strength) for place, strength in strengths.items()}
+        named = {place: task.walks(one, f"push map, {place.words()}") for place, task in walks.items()}
+        results = {r.walk.name: r for r in one.walk_all([walk for (walk,) in named.values()])}
+        for place, (walk,) in named.items():
+            searches[place].add_trial(strengths[place], not results[walk.name].end.survived)
+    return searches
+
+
+def _gait(context: Context) -> str:
+    return context.gait or "omni"
+
+
+def _task(gait: str, place: Place, impulse: float) -> Task:
+    push = StridePush(
+        time=BEFORE, phase=place.phase, impulse=impulse, direction=place.direction, duration=LENGTH
+    )
+    fields = {"pushes": (push,), "stand": place.phase is None, "keep_track": False}
+    return Task(gait, BEFORE + AFTER, {"velocity": (SPEED, 0.0, 0.0)}, fields=fields)
+
+
+def _quantities(measured: Measured[dict[Place, ThresholdSearch]]) -> dict[str, Any]:
     cells = [
-        PushCell(direction=place[0], phase=place[1], impulse=search.threshold, n=len(search.trials))
-        for place, search in searches.items()
+        PushCell(direction=place.direction, phase=place.phase, impulse=search.threshold, n=len(search.trials))
+        for place, search in measured.results.items()
     ]
+    worst, best, still = _decisive(cells)
+    return {
+        "gait": _gait(measured.context),
+        "walking_worst_ns": worst.impulse.value,
+        "walking_best_ns": best.impulse.value,
+        "standing_worst_ns": still.impulse.value,
+        "cells": cells,
+    }
+
+
+def _decisive(cells: Sequence[PushCell]) -> tuple[PushCell, PushCell, PushCell]:
+    """Worst and best cell of a walk, and the worst of a stand."""
     walking = [each for each in cells if each.phase is not None]
     standing = [each for each in cells if each.phase is None]
     strength = attrgetter("impulse.value")
-    worst, best = min(walking, key=strength), max(walking, key=strength)
-    still, n = min(standing, key=strength), len(context.seeds)
-    return context.outcome(
-        "push-map",
-        f"Pushes at the torso by direction and phase, the gait {gait}, {n} walks a cell{few_words(n)}",
-        "Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
-        setup=[
-            ("walk", f"{SPEED:g} m/s; the push is in the first stride after {BEFORE:g} s"),
-            ("push", f"{LENGTH:g} s long, constant, at the torso's centre of mass"),
-            ("stands", f"{AFTER:g} s after {BEFORE:g} s"),
-            ("search", "Bayesian, each walk at the median so far; 95 % credible intervals"),
-        ],
-        claims=[
-            _claim("Walking, the worst cell", worst, WALKING_WORST),
-            _claim("Walking, the best cell", best, WALKING_BEST),
-            _claim("Standing, the worst direction", still, STANDING_WORST),
-        ],
-        pictures=[
-            Picture(
-                _plot(context.out / "push-map.png", walking, standing),
-                "Impulse at which half fall, N s",
-                "Left: by direction of the push and phase of the stride. Right: by direction; walking the "
-                "median and the range over the phases, standing with its intervals.",
-            )
-        ],
-        tables=[_table(cells)],
-        figures={
-            "gait": gait,
-            "walking_worst_ns": worst.impulse.value,
-            "walking_best_ns": best.impulse.value,
-            "standing_worst_ns": still.impulse.value,
-            "cells": cells,
-        },
+    return min(walking, key=strength), max(walking, key=strength), min(standing, key=strength)
+
+
+def _claims(measured: Measured[dict[Place, ThresholdSearch]]) -> list[Claim]:
+    claims = (
+        ("Walking, the worst cell", WALKING_WORST),
+        ("Walking, the best cell", WALKING_BEST),
+        ("Standing, the worst direction", STANDING_WORST),
     )
-
-
-def _round(context: Context, gait: str, searches: dict[_Place, ThresholdSearch]) -> None:
-    """One walk of each cell."""
-    strengths = {place: search.threshold.value for place, search in searches.items()}
-    walks = [_walk(context, gait, place, strength) for place, strength in strengths.items()]
-    results = {result.walk.name: result for result in context.walk_all(walks)}
-    for walk, (place, search) in zip(walks, searches.items(), strict=True):
-        search.add_trial(strengths[place], not results[walk.name].end.survived)
-
-
-def _walk(context: Context, gait: str, place: _Place, impulse: float) -> Walk:
-    direction, phase = place
-    push = StridePush(time=BEFORE, phase=phase, impulse=impulse, direction=direction, duration=LENGTH)
-    (walk,) = context.walks(
-        f"push map, {_words(place)}",
-        gait,
-        BEFORE + AFTER,
-        velocity=(SPEED, 0.0, 0.0),
-        pushes=(push,),
-        stand=phase is None,
-        keep_track=False,
-    )
-    return walk
-
-
-def _claim(what: str, found: PushCell, least: float) -> Claim:
-    low, high = found.impulse.interval
-    where = _words((found.direction, found.phase))
-    return Claim(
-        f"{what} bears {least:g} N s",
-        f"{found.impulse.value:.2f} N s ({low:.2f} to {high:.2f}), {where}",
-        low >= least,
-    )
-
-
-def _words(place: _Place) -> str:
-    direction, phase = place
-    when = "standing" if phase is None else f"phase {phase:g}"
-    return f"{math.degrees(direction):g} deg, {when}"
-
-
-def _table(cells: Sequence[PushCell]) -> ReportTable:
-    rows = tuple(
-        (
-            f"{math.degrees(each.direction):g}",
-            "stands" if each.phase is None else f"{each.phase:g}",
-            f"{each.impulse.value:.2f}",
-            "{:.2f} to {:.2f}".format(*each.impulse.interval),
-            f"{each.n}",
+    return [
+        bounded(
+            f"{cell} bears {least:g} N s",
+            found.impulse,
+            least,
+            words="{0.value:.2f} N s ({0.interval[0]:.2f} to {0.interval[1]:.2f}), "
+            + Place(found.direction, found.phase).words(),
         )
-        for each in cells
-    )
-    head = ("direction, deg", "phase of the stride", "N s", "95 % interval", "walks")
-    return ReportTable("Impulse at which half fall", head, rows)
+        for (cell, least), found in zip(claims, _decisive(measured.figures["cells"]), strict=True)
+    ]
 
 
-def _plot(path: Path, walking: Sequence[PushCell], standing: Sequence[PushCell]) -> Path:
-    figure = axes.new_figure(11.0, 5.0)
+def _table(measured: Measured[dict[Place, ThresholdSearch]]) -> list[ReportTable]:
+    columns: Columns = {
+        "direction, deg": lambda each: f"{math.degrees(each.direction):g}",
+        "phase of the stride": lambda each: "stands" if each.phase is None else f"{each.phase:g}",
+        "N s": "{0.impulse.value:.2f}",
+        "95 % interval": "{0.impulse.interval[0]:.2f} to {0.impulse.interval[1]:.2f}",
+        "walks": "{0.n}",
+    }
+    return [table("Impulse at which half fall", measured.figures["cells"], columns)]
+
+
+def _draw(figure: Figure, measured: Measured[dict[Place, ThresholdSearch]]) -> None:
     left: Any = figure.add_subplot(1, 2, 1)
     right: Any = figure.add_subplot(1, 2, 2, projection="polar")
-    directions = sorted({each.direction for each in walking})
-    phases = sorted({each.phase for each in walking if each.phase is not None})
-    values = {(each.direction, each.phase): each.impulse.value for each in walking}
-    table = np.array([[values[direction, phase] for phase in phases] for direction in directions])
-    image = left.imshow(table, origin="lower", aspect="auto", cmap="viridis", vmin=0.0)
-    for (row, column), value in np.ndenumerate(table):
-        colour = "k" if value > 0.6 * table.max() else "w"
+    impulse = {(each.direction, each.phase): each.impulse for each in measured.figures["cells"]}
+    directions = sorted({direction for direction, _ in impulse})
+    phases = sorted({phase for _, phase in impulse if phase is not None})
+    shares = np.array([[impulse[direction, phase].value for phase in phases] for direction in directions])
+    image = left.imshow(shares, origin="lower", aspect="auto", cmap="viridis", vmin=0.0)
+    for (row, column), value in np.ndenumerate(shares):
+        colour = "k" if value > 0.6 * shares.max() else "w"
         left.text(column, row, f"{value:.1f}", ha="center", va="center", color=colour, fontsize=8)
     left.set_xticks(range(len(phases)), [f"{phase:g}" for phase in phases])
     left.set_yticks(range(len(directions)), [f"{math.degrees(d):.0f}" for d in directions])
     left.set(xlabel="phase of the stride (0: left foot stands, 0.5: right)", ylabel="pushed to / deg, 90: left")
     figure.colorbar(image, ax=left, label="N s")
     around = [*directions, directions[0] + math.tau]
-    low, middle, high = (
-        np.append(each, each[0]) for each in (table.min(axis=1), np.median(table, axis=1), table.max(axis=1))
-    )
+    low, middle, high = (np.append(of, of[0]) for of in (shares.min(1), np.median(shares, 1), shares.max(1)))
     right.fill_between(around, low, high, alpha=0.25, color=axes.BLUE)
     right.plot(around, middle, color=axes.BLUE, label="walking")
-    still = {each.direction: each.impulse for each in standing}
-    value = np.array([still[direction % math.tau].value for direction in around])
-    bounds = np.array([still[direction % math.tau].interval for direction in around])
-    right.errorbar(
-        around, value, np.abs(bounds - value[:, None]).T, color=axes.RED, capsize=3, label="standing"
-    )
+    still = [impulse[direction % math.tau, None] for direction in around]
+    value = np.array([each.value for each in still])
+    off = np.abs(np.array([each.interval for each in still]) - value[:, None]).T
+    right.errorbar(around, value, off, color=axes.RED, capsize=3, label="standing")
     right.set_theta_zero_location("N")
     right.set_ylim(0.0)
     right.legend(fontsize=8, loc="lower left", bbox_to_anchor=(-0.15, -0.1))
-    return save_figure(figure, path)
+
+
+PUSH_MAP: Final = Experiment(
+    title=lambda measured: f"Pushes at the torso by direction and phase, the gait {_gait(measured.context)}",
+    source="Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
+    setup=(
+        ("walk", f"{SPEED:g} m/s; the push is in the first stride after {BEFORE:g} s"),
+        ("push", f"{LENGTH:g} s long, constant, at the torso's centre of mass"),
+        ("stands", f"{AFTER:g} s after {BEFORE:g} s"),
+        (
+            "search",
+            "Bayesian, each walk at the median so far; 95 % credible intervals; a walk of each cell per seed",
+        ),
+    ),
+    measure=_measure,
+    quantities=_quantities,
+    claims=_claims,
+    tables=_table,
+    pictures=(
+        Drawing(
+            "push-map.png",
+            _draw,
+            "Impulse at which half fall, N s",
+            "Left: by direction of the push and phase of the stride. Right: by direction; walking the median "
+            "and the range over the phases, standing with its intervals.",
+            (11.0, 5.0),
+        ),
+    ),
+)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -91,8 +92,13 @@ class Runner:
             return
         out.mkdir(parents=True, exist_ok=True)
         try:
-            outcome = EXPERIMENTS[name].load()(
-                Context(self._campaign, out, self.seeds(name), self._changes, self._duration, self._gait)
+            outcome = (
+                EXPERIMENTS[name]
+                .load()
+                .run(
+                    name,
+                    Context(self._campaign, out, self.seeds(name), self._changes, self._duration, self._gait),
+                )
             )
         except Interrupted:
             self.missing.append((name, "interrupted; walks that are done are kept"))
@@ -111,8 +117,11 @@ class Runner:
             "first_seed": seeds[0],
             "interrupted": self.interrupted,
         }
-        self._pages.append(outcome.page)
-        self._print_page(outcome.page)
+        page, wanted = outcome.page, EXPERIMENTS[name].seeds
+        if len(seeds) < wanted:
+            page = replace(page, title=f"{page.title} (only {len(seeds)} of {wanted} seeds)")
+        self._pages.append(page)
+        self._print_page(page)
 
     def _print_page(self, page: ReportPage) -> None:
         verdict = page.verdict, "green" if page.passed else "yellow"

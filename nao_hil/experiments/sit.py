@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
@@ -11,9 +11,9 @@ from bridge.body import load_body
 from bridge.body.fall import tilt
 from bridge.guard import Guard
 from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
-from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
-from nao_hil.analysis.statistics import few_words, share_of, wilson
-from nao_hil.experiments.context import Context
+from nao_hil.analysis.report.render import table, yes_no
+from nao_hil.analysis.statistics import share_of, wilson
+from nao_hil.experiments.experiment import Experiment, Measured, bounded
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 
@@ -80,38 +80,37 @@ def sit(config: RunConfig) -> Sit:
     )
 
 
-def experiment(context: Context) -> Outcome:
-    """One robot per seed."""
-    sits: list[Sit] = context.map("sit", sit, context.configs())
-    both = share_of([each.sat and each.stands for each in sits])
-    rows = tuple(
-        (
-            str(each.seed),
-            yes_no(each.sat),
-            yes_no(each.stands),
-            str(each.tries),
-            f"{math.degrees(each.lean):.0f}",
-            f"{each.temperature:.0f}",
+def _quantities(measured: Measured[list[Sit]]) -> dict[str, Any]:
+    sits = measured.results
+    both = share_of([each.sat and each.stands for each in sits])  # sat, and stood again
+    return {**msgspec.structs.asdict(both), "sat": sum(each.sat for each in sits), "sits": sits}
+
+
+SIT: Final = Experiment(
+    title="Sitting down and standing up",
+    source="Not in the thesis.",
+    setup=(("sits", f"{SEATED:g} s"), ("stands", f"{HOLD:g} s at the end")),
+    measure=lambda context: context.map("sit", sit, context.configs()),
+    quantities=_quantities,
+    claims=lambda measured: [
+        bounded(
+            "100 of 100 sit down and stand up again",
+            share_of([each.sat and each.stands for each in measured.results]),
+            LOWEST_BOUND,
         )
-        for each in sits
-    )
-    head = ("seed", "sat", "stands", "tries", "lean, degrees", "hottest motor, degrees Celsius")
-    return context.outcome(
-        "sit",
-        f"Sitting down and standing up{few_words(len(sits))}",
-        "Not in the thesis.",
-        setup=[("sits", f"{SEATED:g} s"), ("stands", f"{HOLD:g} s at the end")],
-        claims=[
-            Claim(
-                "100 of 100 sit down and stand up again",
-                both.words(),
-                both.interval[0] >= LOWEST_BOUND,
-            )
-        ],
-        tables=[ReportTable("Robots", head, rows)],
-        figures={
-            **msgspec.structs.asdict(both),  # sat, and stood again
-            "sat": sum(each.sat for each in sits),
-            "sits": sits,
-        },
-    )
+    ],
+    tables=lambda measured: [
+        table(
+            "Robots",
+            measured.results,
+            {
+                "seed": "{0.seed}",
+                "sat": lambda each: yes_no(each.sat),
+                "stands": lambda each: yes_no(each.stands),
+                "tries": "{0.tries}",
+                "lean, degrees": lambda each: f"{math.degrees(each.lean):.0f}",
+                "hottest motor, degrees Celsius": "{0.temperature:.0f}",
+            },
+        )
+    ],
+)

@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Final
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, TypeAlias
 
-from emulator.scenarios import Scenario
-from emulator.scenarios.ground import ScenarioFloor
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
+import numpy as np
+from matplotlib.figure import Figure
+
+from nao_hil.analysis.report.render import Claim, Columns, ReportTable, table
 from nao_hil.analysis.statistics import Share, percent, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import falls_finding
 from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured
 from nao_hil.runs.walk import Walk, WalkOutcome
 
 STEP: Final = 0.5
@@ -52,17 +52,17 @@ class SlopeSetup:
     """Seeds per direction that are walked at a time."""
 
 
+DEFAULT: Final = SlopeSetup()
+
+
 class Slope(Share, frozen=True, kw_only=True):
     """The steepest slope of one direction at which enough walk on."""
 
     slope_deg: float
 
 
-Request = tuple[float, tuple[int, ...]]
-"""A slope in degrees and the seeds to try it with."""
-
-
-Search = Generator[Request, Sequence[bool], float]
+Search: TypeAlias = Generator[tuple[float, tuple[int, ...]], Sequence[bool], float]
+"""Asks for a slope in degrees and the seeds to try it with."""
 
 
 @dataclass
@@ -71,11 +71,13 @@ class Tally:
 
     runs: dict[float, dict[int, WalkOutcome]] = field(default_factory=dict)
     """By slope and seed."""
+    steepest: float = 0.0
+    """Steepest slope that passes, degrees."""
 
-    def count(self, slope: float) -> tuple[int, int]:
-        """Survived and tried at a slope."""
+    def share(self, slope: float) -> Share:
+        """Trials at a slope that walked on."""
         tried = self.runs.get(slope, {})
-        return sum(result.end.survived for result in tried.values()), len(tried)
+        return Share(n=len(tried), survived=sum(result.end.survived for result in tried.values()))
 
 
 def enough(n: int, share: float) -> int:
@@ -85,7 +87,7 @@ def enough(n: int, share: float) -> int:
 
 def trial(
     slope: float, seeds: Sequence[int], needed: int, batch: int
-) -> Generator[Request, Sequence[bool], bool]:
+) -> Generator[tuple[float, tuple[int, ...]], Sequence[bool], bool]:
     """Try a slope seed by seed until it is sure whether `needed` of all these seeds walk on.
 
     Yields the next trial, is sent its survivors, and returns the verdict.
@@ -117,63 +119,16 @@ def search(seeds: Sequence[int], setup: SlopeSetup) -> Search:
     return low * STEP
 
 
-def experiment(context: Context, setup: SlopeSetup | None = None) -> Outcome:
-    """Search all four directions at once."""
-    setup = setup or SlopeSetup()
-    gait = context.gait or GAIT
-    found, tallies = _sweep(context, setup, gait)
-    slopes = {}
-    for name, slope in found.items():
-        survived, n = tallies[name].count(slope)
-        slopes[name] = Slope(slope_deg=slope, n=n, survived=survived)
-    return context.outcome(
-        "slope",
-        "R6: inclined planes, with no knowledge of the ground",
-        "Thesis 4.2.3 and chapter 5: torso control and admittance let the robot walk upright on inclined "
-        "planes without the planning knowing of them. No figure and no slope is given.",
-        setup=[
-            ("gait", f"{gait}, with its own controllers"),
-            ("length", f"{setup.duration:g} s, from a stand on the slope"),
-            (
-                "search",
-                f"bisection in {STEP:g} degrees up to {setup.steepest:g} with up to {setup.few} seeds a "
-                "slope, each until the verdict is sure; the steepest confirmed with all seeds by the lower "
-                "bound of the interval",
-            ),
-        ],
-        claims=[
-            Claim(
-                f"{_words(name)}: {setup.goal:g} degrees or more at {100 * setup.share:.0f} %",
-                f"{s.slope_deg:g} deg ({s.words()})",
-                s.slope_deg >= setup.goal and s.interval[0] >= setup.share,
-            )
-            for name, s in slopes.items()
-        ],
-        pictures=[
-            Picture(
-                _plot(context.out / "slope.png", tallies, setup),
-                "Share that walks on, by slope",
-                "All slopes that were tried, with 95 % Wilson intervals; trials end as soon as the verdict "
-                "is sure.",
-            )
-        ],
-        tables=[_table(tallies)],
-        findings=[_finding(name, found[name], tallies[name]) for name in DIRECTIONS],
-        figures=slopes,
-    )
-
-
-def _sweep(context: Context, setup: SlopeSetup, gait: str) -> tuple[dict[str, float], dict[str, Tally]]:
+def sweep(context: Context, setup: SlopeSetup = DEFAULT) -> dict[str, Tally]:
     """Advance the searches of all directions together: each round is one batch for the workers."""
     searches = {name: search(context.seeds, setup) for name in DIRECTIONS}
     tallies = {name: Tally() for name in DIRECTIONS}
-    found: dict[str, float] = {}
     wanted = {name: next(steps) for name, steps in searches.items()}
     while wanted:
         walks = [
             walk
             for name, (slope, seeds) in wanted.items()
-            for walk in _walks(context, setup, gait, name, slope, seeds)
+            for walk in _walks(replace(context, seeds=seeds), setup, name, slope)
         ]
         results = {(r.walk.name, r.seed): r for r in context.walk_all(walks)}
         for name, (slope, seeds) in list(wanted.items()):
@@ -182,25 +137,16 @@ def _sweep(context: Context, setup: SlopeSetup, gait: str) -> tuple[dict[str, fl
             try:
                 wanted[name] = searches[name].send([runs[seed].end.survived for seed in seeds])
             except StopIteration as stop:
-                found[name] = stop.value
+                tallies[name].steepest = stop.value
                 del wanted[name]
-    return {name: found[name] for name in DIRECTIONS}, tallies
+    return tallies
 
 
-def _walks(
-    context: Context, setup: SlopeSetup, gait: str, name: str, slope: float, seeds: Sequence[int]
-) -> list[Walk]:
+def _walks(context: Context, setup: SlopeSetup, name: str, slope: float) -> list[Walk]:
     roll, pitch = (slope * part for part in DIRECTIONS[name])
-    return [
-        Walk(
-            name=_name(name, slope),
-            config=context.config(gait, seed, {}),
-            duration=setup.duration,
-            scenario=Scenario(floor=ScenarioFloor(roll=roll, pitch=pitch)),
-            keep_track=False,
-        )
-        for seed in seeds
-    ]
+    floor = {"scenario.floor.roll": roll, "scenario.floor.pitch": pitch}
+    gait = context.gait or GAIT
+    return context.walks(_name(name, slope), gait, setup.duration, floor, keep_track=False)
 
 
 def _name(direction: str, slope: float) -> str:
@@ -211,40 +157,91 @@ def _words(name: str) -> str:
     return {"up": "Uphill", "down": "Downhill"}.get(name, f"Across, the {name} side higher")
 
 
-def _finding(name: str, slope: float, tally: Tally) -> str:
-    """Falls on the next steeper slope of the search."""
-    steeper = sorted(s for s in tally.runs if s > slope)
-    if not steeper:
-        return ""
-    results = list(tally.runs[steeper[0]].values())
-    return falls_finding(f"{_words(name)} at {steeper[0]:g} deg", results, None)
+def _quantities(measured: Measured[dict[str, Tally]]) -> dict[str, Any]:
+    slopes = {}
+    for name, tally in measured.results.items():
+        share = tally.share(tally.steepest)
+        slopes[name] = Slope(slope_deg=tally.steepest, n=share.n, survived=share.survived)
+    return slopes
 
 
-def _table(tallies: dict[str, Tally]) -> ReportTable:
-    rows = tuple(
-        (_words(name), f"{slope:g}", f"{survived} of {n}", percent(wilson(survived, n)))
-        for name, tally in tallies.items()
+def _claims(measured: Measured[dict[str, Tally]]) -> list[Claim]:
+    goal, share = DEFAULT.goal, DEFAULT.share
+    return [
+        Claim(
+            f"{_words(name)}: {goal:g} degrees or more at {100 * share:.0f} %",
+            f"{found.slope_deg:g} deg ({found.words()})",
+            found.slope_deg >= goal and found.interval[0] >= share,
+        )
+        for name, found in measured.figures.items()
+    ]
+
+
+def _findings(measured: Measured[dict[str, Tally]]) -> list[str]:
+    """Falls on the next steeper slope of each search."""
+    return [
+        falls_finding(f"{_words(name)} at {slope:g} deg", list(tally.runs[slope].values()), None)
+        for name, tally in measured.results.items()
+        for slope in sorted(slope for slope in tally.runs if slope > tally.steepest)[:1]
+    ]
+
+
+def _table(measured: Measured[dict[str, Tally]]) -> list[ReportTable]:
+    tried = [
+        (_words(name), slope, tally.share(slope))
+        for name, tally in measured.results.items()
         for slope in sorted(tally.runs)
-        for survived, n in (tally.count(slope),)
-    )
-    return ReportTable("Slopes tried", ("direction", "slope, deg", "walk on", "95 % interval"), rows)
+    ]
+    columns: Columns = {
+        "direction": "{0[0]}",
+        "slope, deg": "{0[1]:g}",
+        "walk on": "{0[2].survived} of {0[2].n}",
+        "95 % interval": lambda item: percent(item[2].interval),
+    }
+    return [table("Slopes tried", tried, columns)]
 
 
-def _plot(path: Path, tallies: dict[str, Tally], setup: SlopeSetup) -> Path:
-    figure = axes.new_figure(9.0, 6.0)
+def _draw(figure: Figure, measured: Measured[dict[str, Tally]]) -> None:
     panels = figure.subplots(2, 2, sharex=True, sharey=True).ravel().tolist()
-    for panel, (name, tally) in zip(panels, tallies.items(), strict=True):
+    for panel, (name, tally) in zip(panels, measured.results.items(), strict=True):
         slopes = sorted(tally.runs)
-        shares, lows, highs = [], [], []
-        for slope in slopes:
-            survived, n = tally.count(slope)
-            share, (low, high) = survived / n, wilson(survived, n)
-            shares.append(share)
-            lows.append(share - low)
-            highs.append(high - share)
-        panel.errorbar(slopes, shares, (lows, highs), fmt="o", capsize=3)
-        panel.axhline(setup.share, color="k", linestyle=":", linewidth=0.9)
-        panel.axvline(setup.goal, color=axes.GREEN, linestyle="--", linewidth=0.9)
+        shares = [tally.share(slope) for slope in slopes]
+        ratios = np.array([share.survival_ratio for share in shares])
+        off = np.abs(np.array([share.interval for share in shares]).T - ratios)
+        panel.errorbar(slopes, ratios, off, fmt="o", capsize=3)
+        panel.axhline(DEFAULT.share, color="k", linestyle=":", linewidth=0.9)
+        panel.axvline(DEFAULT.goal, color=axes.GREEN, linestyle="--", linewidth=0.9)
         panel.set(title=_words(name), xlabel="slope / deg", ylabel="share that walks on", ylim=(-0.05, 1.05))
         panel.grid(alpha=0.3)
-    return save_figure(figure, path)
+
+
+SLOPE: Final = Experiment(
+    title="R6: inclined planes, with no knowledge of the ground",
+    source="Thesis 4.2.3 and chapter 5: torso control and admittance let the robot walk upright on inclined "
+    "planes without the planning knowing of them. No figure and no slope is given.",
+    setup=lambda measured: (
+        ("gait", f"{measured.context.gait or GAIT}, with its own controllers"),
+        ("length", f"{DEFAULT.duration:g} s, from a stand on the slope"),
+        (
+            "search",
+            f"bisection in {STEP:g} degrees up to {DEFAULT.steepest:g} with up to {DEFAULT.few} seeds a "
+            "slope, each until the verdict is sure; the steepest confirmed with all seeds by the lower bound "
+            "of the interval",
+        ),
+    ),
+    measure=sweep,
+    quantities=_quantities,
+    claims=_claims,
+    tables=_table,
+    pictures=(
+        Drawing(
+            "slope.png",
+            _draw,
+            "Share that walks on, by slope",
+            "All slopes that were tried, with 95 % Wilson intervals; trials end as soon as the verdict is "
+            "sure.",
+            axes.TALL,
+        ),
+    ),
+    findings=_findings,
+)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Final
+import functools
+from typing import Any, Final
 
 import control
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
 from bridge.types import Array
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.report.render import Claim, Columns, table
 from nao_hil.design.torso.analysis import bode, frequency_response
 from nao_hil.design.torso.assembly import TorsoDesign
 from nao_hil.design.torso.robust import robust_design
@@ -18,7 +19,7 @@ from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import closed_loop, thesis_plant
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 
 TOLERANCE: Final = 0.01
 """Relative tolerance of a design value against the one recomputed from the thesis' own numbers."""
@@ -47,17 +48,16 @@ CHECKED: Final[dict[str, dict[str, float | tuple[float, ...]]]] = {
 """The thesis' two designs (4.15)-(4.22), recomputed from its plant and specification with unrounded parts."""
 OVERSHOOT: Final = 0.10
 GAIN_MARGIN: Final = 2.5
+Designs = dict[str, TorsoDesign]
 
 
 def _omega(low: float, high: float) -> Array:
     return np.asarray(np.geomspace(low, high, 1200), dtype=np.float64)
 
 
-def plot_bode(path: Path, design: TorsoDesign) -> Path:
-    """Bode diagram of the open loop."""
-    figure = axes.new_figure(9.0, 7.0)
+def _draw_bode(figure: Figure, measured: Measured[Designs], name: str) -> None:
     gain, phase = figure.subplots(2, 1, sharex=True)
-    omega = _omega(0.1, 200.0)
+    omega, design = _omega(0.1, 200.0), measured.results[name]
     first = design.notch_q * design.plant_q
     curves = (
         ("G_s", design.plant_q, axes.BLUE),
@@ -67,43 +67,35 @@ def plot_bode(path: Path, design: TorsoDesign) -> Path:
         ("G_R", design.controller_q, axes.RED),
         ("G_L", design.loop_q, "k"),
     )
-    for name, system, colour in curves:
+    for label, system, colour in curves:
         curve = bode(system, omega)
-        gain.semilogx(omega, curve.magnitude_db, color=colour, label=name)
-        phase.semilogx(omega, curve.phase_deg, color=colour, label=name)
+        gain.semilogx(omega, curve.magnitude_db, color=colour, label=label)
+        phase.semilogx(omega, curve.phase_deg, color=colour, label=label)
     phase.axhline(-180.0, color="k", linestyle=":", linewidth=0.9)
     gain.axhline(0.0, color="k", linestyle=":", linewidth=0.9)
     axes.finish(gain, "", "magnitude / dB")
     axes.finish(phase, "Omega / rad/s", "phase / deg")
-    return save_figure(figure, path)
 
 
-def plot_nyquist(path: Path, design: TorsoDesign) -> Path:
-    """Nyquist diagram of the open loop."""
-    figure = axes.new_figure(7.0, 5.0)
+def _draw_nyquist(figure: Figure, measured: Measured[Designs], name: str) -> None:
     panel = figure.subplots()
-    points = frequency_response(design.loop_q, _omega(0.05, 200.0))
+    points = frequency_response(measured.results[name].loop_q, _omega(0.05, 200.0))
     panel.plot(points.real, points.imag, label="G_L(j Omega)")
     panel.plot(-1.0, 0.0, "r+", markersize=12, label="-1")
     circle = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 200))
     panel.plot(circle.real, circle.imag, "k:", linewidth=0.8)
     panel.set(xlim=(-2.5, 1.5), ylim=(-2.0, 2.0))
     axes.finish(panel, "Re", "Im")
-    return save_figure(figure, path)
 
 
-def plot_steps(path: Path, designs: dict[str, TorsoDesign]) -> Path:
-    """Step responses of the closed loops."""
-    figure = axes.new_figure()
-    panel = figure.subplots()
-    time = np.arange(0.0, 6.0, 0.01)
-    plant = next(iter(designs.values())).plant_z
+def _draw_steps(figure: Figure, measured: Measured[Designs]) -> None:
+    panel, time = figure.subplots(), np.arange(0.0, 6.0, 0.01)
+    plant = next(iter(measured.results.values())).plant_z
     panel.plot(*control.step_response(plant, time), color="0.7", label="plant without control")
-    for name, design in designs.items():
+    for name, design in measured.results.items():
         closed = closed_loop(design.controller_z, design.plant_z)
         panel.plot(*control.step_response(closed, time), label=name)
     axes.finish(panel, "t / s", "torso angle / reference")
-    return save_figure(figure, path)
 
 
 class Design(msgspec.Struct, frozen=True, kw_only=True):
@@ -123,62 +115,6 @@ class Design(msgspec.Struct, frozen=True, kw_only=True):
     numerator_z: tuple[float, ...]
     """Highest power first."""
     denominator_z: tuple[float, ...]
-
-
-def experiment(context: Context) -> Outcome:
-    """Design all three for the plant (4.12); figures 4.11 to 4.15."""
-    plant = thesis_plant()
-    designs = {
-        "static": thesis_design(plant, STATIC_GAIT),
-        "dynamic": thesis_design(plant, DYNAMIC_GAIT),
-        "robust": robust_design(plant),
-    }
-    figures = {name: _figures(design) for name, design in designs.items()}
-    robust = figures["robust"]
-    claims = (
-        *(
-            Claim(
-                f"{name} design, {key} = {_text(value)} (within 1 %)",
-                _text(getattr(figures[name], key)),
-                off(getattr(figures[name], key), value) <= TOLERANCE,
-            )
-            for name, values in CHECKED.items()
-            for key, value in values.items()
-        ),
-        Claim(
-            f"robust design: overshoot under {100 * OVERSHOOT:.0f} %",
-            f"{100 * robust.overshoot:.1f} %",
-            robust.overshoot < OVERSHOOT,
-        ),
-        Claim(
-            f"robust design: gain margin {GAIN_MARGIN:g} or more",
-            f"{robust.gain_margin:.2f}",
-            robust.gain_margin >= GAIN_MARGIN,
-        ),
-    )
-    return context.outcome(
-        "torso-design",
-        "R4: the torso controllers",
-        (
-            "Thesis 4.2.2, figures 4.11 to 4.15: a notch and a PI controller by the frequency-response "
-            "method for a rise time of 0.563 s (static gait) and 0.29 s (dynamic gait) and an overshoot of "
-            "10 %."
-        ),
-        walks=False,
-        setup=(
-            ("plant", "(4.12), sampled at 10 ms"),
-            ("robust", "bounds hold for natural frequency, damping and zero 20 % off"),
-        ),
-        claims=claims,
-        pictures=_pictures(context.out, designs),
-        tables=(_table(figures),),
-        findings=(
-            "The thesis' own designs miss its 10 % of overshoot: "
-            f"{100 * figures['static'].overshoot:.1f} % (static), {100 * figures['dynamic'].overshoot:.1f} % "
-            f"(dynamic), which settles in {figures['dynamic'].settling_time_s:.1f} s.",
-        ),
-        figures=dict(figures),
-    )
 
 
 def off(value: float | tuple[float, ...], expected: float | tuple[float, ...]) -> float:
@@ -205,43 +141,91 @@ def _figures(design: TorsoDesign) -> Design:
     )
 
 
-def _table(figures: dict[str, Design]) -> ReportTable:
-    rows = tuple(
-        (
-            name,
-            f"{d.phase_margin_deg:.1f}",
-            f"{d.gain_margin:.2f}",
-            f"{d.crossover:.2f}",
-            f"{100 * d.overshoot:.1f} %",
-            f"{d.settling_time_s:.1f}",
-        )
-        for name, d in figures.items()
-    )
-    head = ("design", "phase margin, deg", "gain margin", "crossover, rad/s", "overshoot", "settles in, s")
-    return ReportTable("Designs", head, rows)
+def _measure(_: Context) -> Designs:
+    """Design all three for the plant (4.12)."""
+    plant = thesis_plant()
+    return {
+        "static": thesis_design(plant, STATIC_GAIT),
+        "dynamic": thesis_design(plant, DYNAMIC_GAIT),
+        "robust": robust_design(plant),
+    }
 
 
-def _pictures(out: Path, designs: dict[str, TorsoDesign]) -> tuple[Picture, ...]:
-    pictures = []
-    for name, first, second in (("static", "4.11", "4.12"), ("dynamic", "4.13", "4.14")):
-        pictures += [
-            Picture(
-                plot_bode(out / f"torso-design-{first}.png", designs[name]),
-                f"Figure {first}: Bode diagram, {name} gait",
-                "Plant G_s blue, notch green, both G_L1 magenta, with an integrator G_L2 cyan, controller "
-                "G_R red, open loop G_L black.",
-            ),
-            Picture(
-                plot_nyquist(out / f"torso-design-{second}.png", designs[name]),
-                f"Figure {second}: Nyquist curve of the open loop, {name} gait",
-                "Omega from 0.05 to 200 rad/s.",
-            ),
-        ]
-    return (
-        *pictures,
-        Picture(
-            plot_steps(out / "torso-design-4.15.png", designs),
+def _claims(found: dict[str, Any]) -> list[Claim]:
+    robust = found["robust"]
+    return [
+        *(
+            Claim(
+                f"{name} design, {key} = {_text(value)} (within 1 %)",
+                _text(getattr(found[name], key)),
+                off(getattr(found[name], key), value) <= TOLERANCE,
+            )
+            for name, values in CHECKED.items()
+            for key, value in values.items()
+        ),
+        Claim(
+            f"robust design: overshoot under {100 * OVERSHOOT:.0f} %",
+            f"{100 * robust.overshoot:.1f} %",
+            robust.overshoot < OVERSHOOT,
+        ),
+        bounded(
+            f"robust design: gain margin {GAIN_MARGIN:g} or more",
+            robust.gain_margin,
+            GAIN_MARGIN,
+            words="{:.2f}",
+        ),
+    ]
+
+
+COLUMNS: Final[Columns] = {
+    "design": "{0[0]}",
+    "phase margin, deg": "{0[1].phase_margin_deg:.1f}",
+    "gain margin": "{0[1].gain_margin:.2f}",
+    "crossover, rad/s": "{0[1].crossover:.2f}",
+    "overshoot": lambda item: f"{100 * item[1].overshoot:.1f} %",
+    "settles in, s": "{0[1].settling_time_s:.1f}",
+}
+TORSO_DESIGN: Final = Experiment(
+    title="R4: the torso controllers",
+    source="Thesis 4.2.2, figures 4.11 to 4.15: a notch and a PI controller by the frequency-response method "
+    "for a rise time of 0.563 s (static gait) and 0.29 s (dynamic gait) and an overshoot of 10 %, which its "
+    "own designs miss.",
+    robot=False,
+    setup=(
+        ("plant", "(4.12), sampled at 10 ms"),
+        ("robust", "bounds hold for natural frequency, damping and zero 20 % off"),
+    ),
+    measure=_measure,
+    quantities=lambda measured: {name: _figures(design) for name, design in measured.results.items()},
+    claims=lambda measured: _claims(measured.figures),
+    tables=lambda measured: [table("Designs", measured.figures.items(), COLUMNS)],
+    pictures=(
+        *(
+            drawing
+            for name, first, second in (("static", "4.11", "4.12"), ("dynamic", "4.13", "4.14"))
+            for drawing in (
+                Drawing(
+                    f"torso-design-{first}.png",
+                    functools.partial(_draw_bode, name=name),
+                    f"Figure {first}: Bode diagram, {name} gait",
+                    "Plant G_s blue, notch green, both G_L1 magenta, with an integrator G_L2 cyan, controller "
+                    "G_R red, open loop G_L black.",
+                    (9.0, 7.0),
+                ),
+                Drawing(
+                    f"torso-design-{second}.png",
+                    functools.partial(_draw_nyquist, name=name),
+                    f"Figure {second}: Nyquist curve of the open loop, {name} gait",
+                    "Omega from 0.05 to 200 rad/s.",
+                    (7.0, 5.0),
+                ),
+            )
+        ),
+        Drawing(
+            "torso-design-4.15.png",
+            _draw_steps,
             "Figure 4.15: step responses of the closed loops",
             "With the plant's own step response.",
         ),
-    )
+    ),
+)

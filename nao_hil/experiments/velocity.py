@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
 from bridge import rotations
 from bridge.errors import ConfigurationError
 from bridge.types import Vec3
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable, yes_no
-from nao_hil.analysis.statistics import Estimate, Share, few_words, mean_of, share_of, wilson
+from nao_hil.analysis.report.render import Claim, Columns, ReportTable, table, yes_no
+from nao_hil.analysis.statistics import Estimate, Share, mean_of, share_of, wilson
 from nao_hil.experiments import axes
-from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.conditions import Comparison
+from nao_hil.experiments.context import Context, Task
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 from nao_hil.runs.walk_figures import SETTLING_TIME
@@ -188,151 +189,132 @@ def commands_of(robot: str) -> tuple[Vec3, ...]:
     return *single, *mixed
 
 
-def experiment(context: Context) -> Outcome:
-    """All walks, the table, and the verdicts."""
-    gait, duration = context.gait or "omni", context.duration or DURATION
-    if gait_parameters(gait).limits is None:
-        raise ConfigurationError(f"experiment velocity: the {gait} gait walks straight only; `omni` does not.")
-    commands, full = commands_of(context.robot), full_speed(context.robot)
-    fastest, fewer = fastest_commands(context.robot), context.first(OTHER_SEEDS)
-    conditions = [
-        (context if command in fastest else fewer).walks(
-            f"velocity {_words(command)}", gait, duration, velocity=command
-        )
-        for command in commands
-    ]
-    conditions.append(context.walks("velocity, straight", gait, DURATION, velocity=(STRAIGHT, 0.0, 0.0)))
-    conditions.append(_changing(context.first(CHANGES_SEEDS), gait, full))
-    *single, ahead, random = context.run(*conditions)
-    cells = [cell(command, found, full) for command, found in zip(commands, single, strict=True)]
-    line, changes = straight(ahead), share_of([found.end.survived for found in random])
-    return context.outcome(
-        "velocity",
-        f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
-        "Commanded and measured velocity of a NAO's walk have not been published together; limits of commands "
-        "are 0.27 to 0.40 m/s forward.",
-        setup=[
-            ("walks", f"{duration:g} s at each velocity, from a stand; measured from 2 s on"),
-            ("seeds", f"{OTHER_SEEDS} at most at velocities that are not the fastest of an axis"),
-            ("straight", f"{STRAIGHT:g} m/s, {DURATION:g} s, no heading command"),
-            ("changes", f"{CHANGES} random velocities in {CHANGES_DURATION:g} s"),
-        ],
-        claims=_claims(fastest, cells, line, changes),
-        pictures=[
-            Picture(
-                _plot(context, cells, ahead, full),
-                "Measured over commanded, and the ways straight ahead",
-                "Left: parts of each axis' full speed. Right: ways of the torso over the ground.",
-            )
-        ],
-        tables=[_table(cells, fastest)],
-        figures={"gait": gait, "cells": cells, "straight": line, "changes": changes},
-    )
-
-
-def _changing(context: Context, gait: str, full: Vec3) -> list[Walk]:
-    """Velocities even in the box up to the full speeds (backward the sideways one); the gait clips them."""
-    walks = []
-    for walk in context.walks(
-        "velocity, random changes", gait, CHANGES_DURATION, velocity=(0.1, 0.0, 0.0), keep_track=False
-    ):
-        random = np.random.default_rng(walk.config.seed)
-        low, high = (-full[1], -full[1], -full[2]), full
-        drawn = random.uniform(low, high, (CHANGES, 3)).tolist()
-        times = (CHANGES_DURATION * i / CHANGES for i in range(CHANGES))
-        velocities = tuple((time, (x, y, turn)) for time, (x, y, turn) in zip(times, drawn, strict=True))
-        walks.append(msgspec.structs.replace(walk, velocities=velocities))
-    return walks
-
-
-def _claims(
-    fastest: Sequence[Vec3],
-    cells: Sequence[VelocityCell],
-    line: Straight,
-    changes: Share,
-) -> tuple[Claim, ...]:
-    stands = [
-        Claim(
-            f"At {_words(each.command)} 95 of 100 stand",
-            each.words(),
-            each.interval[0] >= STANDS,
-        )
-        for each in cells
-        if each.command in fastest
-    ]
-    low, high = RATIO
-    follows = [
-        Claim(
-            f"At {_words(each.command)} {low:g} to {high:g} of the command is measured",
-            each.ratio.words(digits=2),
-            each.ratio.within(low, high),
-        )
-        for each in cells
-    ]
-    couples = [
-        Claim(
-            f"At {_words(each.command)} other axes move by less than {100 * COUPLING:.0f} %",
-            f"{each.coupling.words(100.0, 0)} %",
-            each.coupling.interval[1] < COUPLING,
-        )
-        for each in cells
-        if not all(each.command)
-    ]
-    return (
-        *stands,
-        *follows,
-        *couples,
-        Claim(
-            f"Straight at {STRAIGHT:g} m/s the heading stays within {HEADING_DEG:g} degrees",
-            f"{line.heading_deg.words(digits=1)} deg, mean of {line.survived}",
-            line.heading_deg.interval[1] <= HEADING_DEG,
-        ),
-        Claim(
-            f"The odometry is within {100 * ODOMETRY:g} % of the way",
-            f"{line.odometry.words(100.0, 1)} %, mean of {line.survived}",
-            line.odometry.interval[1] <= ODOMETRY,
-        ),
-        Claim(
-            f"{CHANGES} random velocities in {CHANGES_DURATION:g} s: 47 of 50 stand",
-            changes.words(),
-            changes.interval[0] >= STANDS_CHANGES,
-        ),
-    )
+def _gait(context: Context) -> str:
+    return context.gait or "omni"
 
 
 def _words(command: Vec3) -> str:
     return "{:.2f}, {:.2f} m/s, {:.2f} rad/s".format(*command)
 
 
-def _table(cells: Sequence[VelocityCell], fastest: Sequence[Vec3]) -> ReportTable:
-    """Goal, measured, verdict by the bound."""
-    rows = []
-    for each in cells:
-        stands = each.command not in fastest or each.interval[0] >= STANDS
-        good = stands, each.ratio.within(*RATIO)
-        rows.append(
-            (
-                _words(each.command),
-                "{:.2f}, {:.2f}, {:.2f}".format(*each.measured),
-                each.ratio.words(digits=2),
-                f"{each.coupling.words(100.0, 0)} %",
-                each.words(),
-                yes_no(all((*good, each.coupling.interval[1] < COUPLING))),
-            )
+AHEAD: Final = "velocity, straight"
+RANDOM: Final = "velocity, random changes"
+
+
+def _measure(context: Context) -> Comparison:
+    gait, duration = _gait(context), context.duration or DURATION
+    if gait_parameters(gait).limits is None:
+        raise ConfigurationError(f"experiment velocity: the {gait} gait walks straight only; `omni` does not.")
+    fastest, fewer = fastest_commands(context.robot), context.first(OTHER_SEEDS)
+    walks = {
+        f"velocity {_words(command)}": Task(gait, duration, {"velocity": command}).walks(
+            context if command in fastest else fewer, f"velocity {_words(command)}"
         )
-    head = ("commanded", "measured", "ratio, worst axis", "coupling", "stand", "reached by the bound")
-    return ReportTable("Commanded and measured", head, tuple(rows))
+        for command in commands_of(context.robot)
+    }
+    walks[AHEAD] = Task(gait, DURATION, {"velocity": (STRAIGHT, 0.0, 0.0)}).walks(context, AHEAD)
+    changing = Task(
+        gait, CHANGES_DURATION, {"velocity": (0.1, 0.0, 0.0)}, _random_velocities, {"keep_track": False}
+    )
+    walks[RANDOM] = changing.walks(context.first(CHANGES_SEEDS), RANDOM)
+    return Comparison(dict(zip(walks, context.run(*walks.values()), strict=True)))
 
 
-def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkOutcome], full: Vec3) -> Path:
-    figure = axes.new_figure(11.0, 5.5)
+def _random_velocities(walk: Walk) -> dict[str, Any]:
+    """Even in the box up to the full speeds (backward the sideways one); the gait clips them."""
+    full = full_speed(walk.config.robot)
+    low, random = (-full[1], -full[1], -full[2]), np.random.default_rng(walk.config.seed)
+    drawn = random.uniform(low, full, (CHANGES, 3)).tolist()
+    times = (CHANGES_DURATION * i / CHANGES for i in range(CHANGES))
+    return {"velocities": tuple((time, (x, y, turn)) for time, (x, y, turn) in zip(times, drawn, strict=True))}
+
+
+def _quantities(measured: Measured[Comparison]) -> dict[str, Any]:
+    walks, robot = measured.results.walks, measured.context.robot
+    return {
+        "gait": _gait(measured.context),
+        "cells": [
+            cell(command, walks[f"velocity {_words(command)}"], full_speed(robot))
+            for command in commands_of(robot)
+        ],
+        "straight": straight(walks[AHEAD]),
+        "changes": share_of([found.end.survived for found in walks[RANDOM]]),
+    }
+
+
+def _claims(measured: Measured[Comparison]) -> list[Claim]:
+    found, fastest = measured.figures, fastest_commands(measured.context.robot)
+    cells, line, (low, high) = found["cells"], found["straight"], RATIO
+    return [
+        *(bounded(f"At {_words(c.command)} 95 of 100 stand", c, STANDS) for c in cells if c.command in fastest),
+        *(
+            bounded(
+                f"At {_words(c.command)} {low:g} to {high:g} of the command is measured",
+                c.ratio,
+                low,
+                high,
+                c.ratio.words(digits=2),
+            )
+            for c in cells
+        ),
+        *(
+            bounded(
+                f"At {_words(c.command)} other axes move by less than {100 * COUPLING:.0f} %",
+                c.coupling,
+                high=COUPLING,
+                words=f"{c.coupling.words(100.0, 0)} %",
+            )
+            for c in cells
+            if not all(c.command)
+        ),
+        bounded(
+            f"Straight at {STRAIGHT:g} m/s the heading stays within {HEADING_DEG:g} degrees",
+            line.heading_deg,
+            high=HEADING_DEG,
+            words=f"{line.heading_deg.words(digits=1)} deg, mean of {line.survived}",
+        ),
+        bounded(
+            f"The odometry is within {100 * ODOMETRY:g} % of the way",
+            line.odometry,
+            high=ODOMETRY,
+            words=f"{line.odometry.words(100.0, 1)} %, mean of {line.survived}",
+        ),
+        bounded(
+            f"{CHANGES} random velocities in {CHANGES_DURATION:g} s: 47 of 50 stand",
+            found["changes"],
+            STANDS_CHANGES,
+        ),
+    ]
+
+
+def _table(measured: Measured[Comparison]) -> list[ReportTable]:
+    """Commanded, measured, verdict by the bound."""
+    fastest = fastest_commands(measured.context.robot)
+
+    def reached(each: VelocityCell) -> str:
+        stands = each.command not in fastest or each.interval[0] >= STANDS
+        return yes_no(stands and each.ratio.within(*RATIO) and each.coupling.interval[1] < COUPLING)
+
+    columns: Columns = {
+        "commanded": lambda each: _words(each.command),
+        "measured": "{0.measured[0]:.2f}, {0.measured[1]:.2f}, {0.measured[2]:.2f}",
+        "ratio, worst axis": lambda each: each.ratio.words(digits=2),
+        "coupling": lambda each: f"{each.coupling.words(100.0, 0)} %",
+        "stand": lambda each: each.words(),
+        "reached by the bound": reached,
+    }
+    return [table("Commanded and measured", measured.figures["cells"], columns)]
+
+
+def _draw(figure: Figure, measured: Measured[Comparison]) -> None:
+    cells, ahead = measured.figures["cells"], measured.results.walks[AHEAD]
+    full, rows = full_speed(measured.context.robot), np.arange(len(cells))
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
-    rows = np.arange(len(cells))
     for axis, (name, colour) in enumerate((("forward", axes.BLUE), ("left", axes.GREEN), ("turn", axes.RED))):
         commanded = [each.command[axis] / full[axis] for each in cells]
-        measured = [each.measured[axis] / full[axis] for each in cells]
+        measured_parts = [each.measured[axis] / full[axis] for each in cells]
         left.scatter(commanded, rows, s=70, facecolors="none", edgecolors=colour)
-        left.scatter(measured, rows, s=18, color=colour, label=name)
+        left.scatter(measured_parts, rows, s=18, color=colour, label=name)
     left.set_yticks(rows, [_words(each.command) for each in cells], fontsize=7)
     left.invert_yaxis()
     left.set(xlabel="part of full speed: commanded (rings), measured (dots)", xlim=(-1.2, 1.2))
@@ -344,4 +326,32 @@ def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkO
     right.set_title(f"{len(ahead)} walks straight ahead", fontsize=9)
     for panel in (left, right):
         panel.grid(alpha=0.3)
-    return save_figure(figure, context.out / "velocity.png")
+
+
+VELOCITY: Final = Experiment(
+    title=lambda measured: f"Velocity commands, the gait {_gait(measured.context)}",
+    source="Commanded and measured velocity of a NAO's walk have not been published together; limits of "
+    "commands are 0.27 to 0.40 m/s forward.",
+    setup=lambda measured: [
+        (
+            "walks",
+            f"{measured.context.duration or DURATION:g} s at each velocity, from a stand; measured from 2 s on",
+        ),
+        ("seeds", f"{OTHER_SEEDS} at most at velocities that are not the fastest of an axis"),
+        ("straight", f"{STRAIGHT:g} m/s, {DURATION:g} s, no heading command"),
+        ("changes", f"{CHANGES} random velocities in {CHANGES_DURATION:g} s"),
+    ],
+    measure=_measure,
+    quantities=_quantities,
+    claims=_claims,
+    tables=_table,
+    pictures=(
+        Drawing(
+            "velocity.png",
+            _draw,
+            "Measured over commanded, and the ways straight ahead",
+            "Left: parts of each axis' full speed. Right: ways of the torso over the ground.",
+            (11.0, 5.5),
+        ),
+    ),
+)

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 import msgspec
+from matplotlib.figure import Figure
 
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.report.render import Claim, ReportTable
 from nao_hil.analysis.statistics import Share
-from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.store import stored
 from tests.measure.network_walks import NetworkWalk, Pair, options, walk_key
@@ -72,11 +72,12 @@ def cell_of(gait: str, conditions: NetworkConditions, walks: list[NetworkWalk]) 
     )
 
 
-def draw(cells: Sequence[NetworkCell], file: Path) -> Path:
+def draw(figure: Figure, measured: Measured[list[NetworkCell]]) -> None:
     """One map per gait and loss: delay to the right, jitter upwards."""
+    cells = measured.results
     gaits, losses = list(dict.fromkeys(c.gait for c in cells)), sorted({c.loss for c in cells})
     delays, jitters = sorted({c.delay for c in cells}), sorted({c.jitter for c in cells})
-    figure = axes.new_figure(4.2 * len(losses), 2.3 * len(gaits))
+    figure.set_size_inches(4.2 * len(losses), 2.3 * len(gaits))
     panels = figure.subplots(len(gaits), len(losses), squeeze=False)
     for (i, gait), (j, loss) in itertools.product(enumerate(gaits), enumerate(losses)):
         panel = panels[i][j]
@@ -92,7 +93,6 @@ def draw(cells: Sequence[NetworkCell], file: Path) -> Path:
         panel.set_yticks(range(len(jitters)), [f"{1e3 * d:g}" for d in jitters])
         panel.set_title(f"{gait} gait, {100 * loss:g} % loss", size=9)
         panel.set(xlabel="delay one way, ms", ylabel="jitter, ms")
-    return save_figure(figure, file)
 
 
 class NetworkTask(NamedTuple):
@@ -109,42 +109,50 @@ class NetworkTask(NamedTuple):
         return f"{self.gait}-{1e3 * w.delay:g}-{1e3 * w.jitter:g}-{100 * w.loss:g}-{self.seed}"
 
 
-def experiment(context: Context) -> Outcome:
+def _gaits(context: Context) -> Sequence[str]:
+    return (context.gait,) if context.gait else GAITS
+
+
+def measure(context: Context) -> list[NetworkCell]:
     """The map; each cell with one walk per seed, seed by seed, several at a time.
 
     Raises:
         LinkError: no root, no namespaces, or a process failed.
         Interrupted: stopped before every cell had a walk.
     """
-    gaits = (context.gait,) if context.gait else GAITS
     kinds = [
         (gait, NetworkConditions(delay=delay, jitter=jitter, loss=loss))
-        for gait, loss, jitter, delay in itertools.product(gaits, LOSSES, JITTERS, DELAYS)
+        for gait, loss, jitter, delay in itertools.product(_gaits(context), LOSSES, JITTERS, DELAYS)
         if jitter <= delay
     ]
-    cells = _cells(context, kinds)
-    steps = ", ".join(f"{STEPS.get(gait, FEW_STEPS)} steps of {gait}" for gait in gaits)
-    picture = draw(cells, context.out / "network.png")
-    return context.outcome(
-        "network",
-        "Walks over a bad network",
-        "No part of the thesis, whose controller ran on the robot.",
-        setup=[("walk", f"{steps}, in real time, two processes in two network namespaces, TCP")],
-        claims=[
-            Claim(
-                f"The {c.gait} gait walks over an ideal network",
-                f"{c.completed.survived} of {c.completed.n}",
-                c.completed.survived == c.completed.n,
-            )
-            for c in cells
-            if c.delay == c.jitter == c.loss == 0.0
-        ],
-        pictures=[
-            Picture(picture, "Fraction of walks that made all their steps", "Delay and jitter are one way.")
-        ],
-        tables=[_table(cells)],
-        figures={"n": min(c.completed.n for c in cells), "cells": cells},
-    )
+    return _cells(context, kinds)
+
+
+NETWORK: Final = Experiment(
+    title="Walks over a bad network",
+    source="No part of the thesis, whose controller ran on the robot.",
+    setup=lambda measured: [
+        ("walk", f"{STEPS.get(gait, FEW_STEPS)} steps of {gait}, in real time, in two network namespaces, TCP")
+        for gait in _gaits(measured.context)
+    ],
+    measure=measure,
+    quantities=lambda measured: {"n": min(c.completed.n for c in measured.results), "cells": measured.results},
+    claims=lambda measured: [
+        Claim(
+            f"The {c.gait} gait walks over an ideal network",
+            f"{c.completed.survived} of {c.completed.n}",
+            c.completed.survived == c.completed.n,
+        )
+        for c in measured.results
+        if c.delay == c.jitter == c.loss == 0.0
+    ],
+    pictures=(
+        Drawing(
+            "network.png", draw, "Fraction of walks that made all their steps", "Delay and jitter are one way."
+        ),
+    ),
+    tables=lambda measured: [_table(measured.results)],
+)
 
 
 def _cells(context: Context, kinds: Sequence[tuple[str, NetworkConditions]]) -> list[NetworkCell]:

@@ -17,8 +17,9 @@ from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.messages import Notice
 from bridge.recording.playback import read_recording
-from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
+from nao_hil.analysis.report.render import Claim, ReportTable, table, yes_no
 from nao_hil.experiments.context import Context
+from nao_hil.experiments.experiment import Experiment
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.store import stored
 from tests.measure.network_walks import Pair, options, walk_key
@@ -112,7 +113,7 @@ class OutageTask(NamedTuple):
     seed: int
 
 
-def experiment(context: Context) -> Outcome:
+def measure(context: Context) -> list[OutageWalk]:
     """Each event once per gait and seed, several walks at a time.
 
     Raises:
@@ -130,39 +131,37 @@ def experiment(context: Context) -> Outcome:
     walks = [each for each in done if each is not None]
     if len(walks) < len(tasks):
         raise Interrupted
-    rows = tuple(
-        (
-            walk.gait,
-            walk.what,
-            f"{walk.moment:.1f}",
-            yes_no(walk.walked),
-            yes_no(walk.fell),
-            ", ".join(walk.notices) or "none",
-            f"{walk.seconds:.1f}",
-        )
-        for walk in walks
-    )
-    head = ("gait", "event", "at, s", "walked to the end", "fell", "notices", "s")
-    by_event = ("gait", "event", "walked to the end", "upright", "of")
-    steps = " or ".join(f"{n} steps of the {gait} gait" for gait, n in STEPS.items())
-    return context.outcome(
-        "outages",
-        "Outages of the link and of the processes",
-        "No part of the thesis.",
-        setup=[
-            (
-                "walk",
-                f"{steps} in real time; it happens {WALKING:g} to {WALKING + SPREAD:g} s after the walker "
-                "found the robot",
-            )
-        ],
-        claims=outage_claims(walks),
-        tables=[
-            ReportTable("By event", by_event, rows_by_event(walks)),
-            ReportTable("Each walk", head, rows),
-        ],
-        figures={"walks": walks},
-    )
+    return walks
+
+
+COLUMNS: Final = {
+    "gait": "{0.gait}",
+    "event": "{0.what}",
+    "at, s": "{0.moment:.1f}",
+    "walked to the end": lambda walk: yes_no(walk.walked),
+    "fell": lambda walk: yes_no(walk.fell),
+    "notices": lambda walk: ", ".join(walk.notices) or "none",
+    "s": "{0.seconds:.1f}",
+}
+OUTAGES: Final = Experiment(
+    title="Outages of the link and of the processes",
+    source="No part of the thesis.",
+    setup=lambda _: [
+        ("walk", " or ".join(f"{n} steps of the {gait} gait" for gait, n in STEPS.items()) + " in real time"),
+        ("event", f"{WALKING:g} to {WALKING + SPREAD:g} s after the walker found the robot"),
+    ],
+    measure=measure,
+    quantities=lambda measured: {"walks": measured.results},
+    claims=lambda measured: outage_claims(measured.results),
+    tables=lambda measured: [
+        ReportTable(
+            "By event",
+            ("gait", "event", "walked to the end", "upright", "of"),
+            rows_by_event(measured.results),
+        ),
+        table("Each walk", measured.results, COLUMNS),
+    ],
+)
 
 
 def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -15,9 +15,10 @@ from bridge.body import Body, load_body
 from bridge.types import Array
 from emulator.wear import WearProfile
 from emulator.wear.ensemble import profile_of, unknowns
-from nao_hil.analysis.report.render import Outcome, ReportTable
+from nao_hil.analysis.report.render import ReportTable
 from nao_hil.experiments import servo_bench
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Context, Task
+from nao_hil.experiments.experiment import Experiment
 from nao_hil.experiments.obstacle import board, landing_force
 from nao_hil.experiments.servo_bench import LEGS, STEP, motion_times
 from nao_hil.experiments.torso_control import drift_per_step
@@ -129,8 +130,8 @@ def elementary_effects(points: Array, figures: Array) -> Array:
     return effects
 
 
-def experiment(context: Context) -> Outcome:
-    """Both parts, and the table."""
+def sensitivity(context: Context) -> dict[str, Any]:
+    """Both parts."""
     names = tuple(unknowns())
     paths = [trajectory(len(names), np.random.default_rng(seed)) for seed in context.seeds]
     robots = [dict(zip(names, point, strict=True)) for path in paths for point in path.tolist()]
@@ -156,31 +157,15 @@ def experiment(context: Context) -> Outcome:
         figure: [names[i] for i in np.argsort(-relative[:, j]) if relative[i, j] >= DECIDES]
         for j, figure in enumerate(FIGURES)
     }
-    return context.outcome(
-        "sensitivity",
-        f"Influence of the unknowns ({len(paths)} trajectories)",
-        "Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
-        setup=[
-            ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
-            ("R1", f"static gait, {STATIC_DURATION:g} s, a board of 1 cm"),
-            ("R2", f"static gait, {STATIC_DURATION:g} s, torso control none"),
-            ("R5", f"dynamic gait, {DYNAMIC_DURATION:g} s, torso control {', '.join(CONDITIONS)}"),
-            ("speed", f"omni, {SPEED:g} m/s for {SPEED_DURATION:g} s"),
-        ],
-        tables=[
-            _effects_table(effects_of, decide, [names[i] for i in order]),
-            _index_table(indices, points),
-        ],
-        findings=[f"{figure}: {', '.join(who)}." for figure, who in decide.items()],
-        figures={
-            "trajectories": len(paths),
-            "robots": len(robots) + points * (len(few) + 2),  # computed, of both parts
-            "effects": effects_of,  # by figure and unknown
-            "decide": decide,  # by figure: unknowns of at least half the largest effect, the strongest first
-            "points": points,  # base points of the indices
-            "indices": indices,  # by figure and unknown; without figures that are constant or missing somewhere
-        },
-    )
+    return {
+        "trajectories": len(paths),
+        "robots": len(robots) + points * (len(few) + 2),  # computed, of both parts
+        "effects": effects_of,  # by figure and unknown
+        "decide": decide,  # by figure: unknowns of at least half the largest effect, the strongest first
+        "points": points,  # base points of the indices
+        "indices": indices,  # by figure and unknown; without figures that are constant or missing somewhere
+        "order": [names[i] for i in order],  # unknowns, those first that matter to some figure
+    }
 
 
 def _figures(context: Context, robots: Sequence[dict[str, float]], seeds: Sequence[int]) -> Array:
@@ -208,30 +193,21 @@ def _figures(context: Context, robots: Sequence[dict[str, float]], seeds: Sequen
 
 def _walks(context: Context, wear: WearProfile, seed: int) -> list[Walk]:
     """Of one robot: R1 as shipped, R2 without torso control, the conditions of R5, and `omni` ahead."""
-    one = replace(context, seeds=(seed,))
-    static, dynamic = STATIC_DURATION, DYNAMIC_DURATION
+    one, untracked = replace(context, seeds=(seed,)), {"wear": wear, "keep_track": False}
+    static = Task("static", STATIC_DURATION, fields={"wear": wear})
+    torso = "controller.switches.torso"
     return [
-        *one.walks("sensitivity, R1", "static", static, plates=board, wear=wear),
-        *one.walks("sensitivity, R2", "static", static, {"torso": "none"}, wear=wear),
+        *static._replace(by_seed=board).walks(one, "sensitivity, R1"),
+        *static.walks(one, "sensitivity, R2", {torso: "none"}),
         *(
             walk
             for condition in CONDITIONS
-            for walk in one.walks(
-                f"sensitivity, {condition}",
-                "dynamic",
-                dynamic,
-                {"torso": condition},
-                wear=wear,
-                keep_track=False,
+            for walk in Task("dynamic", DYNAMIC_DURATION, fields=untracked).walks(
+                one, f"sensitivity, {condition}", {torso: condition}
             )
         ),
-        *one.walks(
-            "sensitivity, omni",
-            "omni",
-            SPEED_DURATION,
-            velocity=(SPEED, 0.0, 0.0),
-            wear=wear,
-            keep_track=False,
+        *Task("omni", SPEED_DURATION, {"velocity": (SPEED, 0.0, 0.0)}, fields=untracked).walks(
+            one, "sensitivity, omni"
         ),
     ]
 
@@ -314,3 +290,25 @@ def _index_table(indices: dict[str, dict[str, Index]], points: int) -> ReportTab
     )
     head = ("figure", "unknown", "first order", "total (95 % interval)")
     return ReportTable(f"Sobol' indices, {points} base points", head, rows)
+
+
+SENSITIVITY: Final = Experiment(
+    title="Influence of the unknowns",
+    source="Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
+    setup=(
+        ("unknowns", "of the nominal profile; its own values where not varied"),
+        ("R1", f"static gait, {STATIC_DURATION:g} s, a board of 1 cm"),
+        ("R2", f"static gait, {STATIC_DURATION:g} s, torso control none"),
+        ("R5", f"dynamic gait, {DYNAMIC_DURATION:g} s, torso control {', '.join(CONDITIONS)}"),
+        ("speed", f"omni, {SPEED:g} m/s for {SPEED_DURATION:g} s"),
+    ),
+    measure=sensitivity,
+    quantities=lambda measured: measured.results,
+    tables=lambda measured: [
+        _effects_table(*(measured.figures[key] for key in ("effects", "decide", "order"))),
+        _index_table(*(measured.figures[key] for key in ("indices", "points"))),
+    ],
+    findings=lambda measured: [
+        f"{figure}: {', '.join(who)}." for figure, who in measured.figures["decide"].items()
+    ],
+)

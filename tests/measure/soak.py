@@ -12,10 +12,11 @@ import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.ndimage import minimum_filter1d
 
 from bridge.body import load_body
@@ -24,10 +25,9 @@ from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import SensorFrame, decode
 from bridge.types import Array
-from nao_hil.analysis.report.render import Claim, Outcome, Picture
-from nao_hil.experiments import axes
+from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments.context import Context
-from nao_hil.files import save_figure
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured
 from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.supervisor import Child
@@ -149,14 +149,22 @@ def as_punctual(robot: tuple[float, float], bare: tuple[float, float]) -> bool:
     return robot[1] - robot[0] <= LATER + max(0.0, bare[1] - bare[0])
 
 
-def draw(
-    frames: list[tuple[int, int]],
-    cycle: float,
-    samples: list[tuple[float, list[float], list[int]]],
-    file: Path,
-) -> Path:
+class Soak(NamedTuple):
+    """A long walk."""
+
+    found: dict[str, Any]
+    """Of `sum_up`."""
+    cycle: float
+    """s"""
+    duration: float
+    """Wanted, s."""
+    frames: list[tuple[int, int]]
+    samples: list[tuple[float, list[float], list[int]]]
+
+
+def draw(figure: Figure, measured: Measured[Soak]) -> None:
     """Memory of both processes above, lateness of the frames below, over time."""
-    figure = axes.new_figure(7.0, 5.0)
+    _, cycle, _, frames, samples = measured.results
     above, below = figure.subplots(2, 1)
     for i, who in enumerate(("robot", "walker")):
         above.plot([s[0] for s in samples], [s[1][i] for s in samples], label=who)
@@ -165,10 +173,9 @@ def draw(
     late, _ = lateness(frames, cycle)
     below.plot([cycle * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
     below.set(xlabel="time, s", ylabel="lateness, ms")
-    return save_figure(figure, file)
 
 
-def experiment(context: Context) -> Outcome:
+def measure(context: Context) -> Soak:
     """Walk for the duration, once.
 
     Raises:
@@ -209,23 +216,7 @@ def experiment(context: Context) -> Outcome:
     cycle = load_body(config.robot).cycle
     done = walked.result["done"] is True
     found = sum_up(duration, cycle, frames, bare.lateness, samples, lived.result, done=done)
-    picture = draw(frames, cycle, samples, context.out / "soak.png")
-    return context.outcome(
-        "soak",
-        "A long walk",
-        "No part of the thesis.",
-        setup=[
-            ("walk", f"{found['seconds']:.0f} s of the {GAIT} gait in real time, two processes over loopback"),
-            ("cycles", f"{found['cycles']}, {found['missed']} missed, {found['skipped']} skipped"),
-        ],
-        claims=_claims(duration, found),
-        pictures=[
-            Picture(
-                picture, "Memory and lateness", "Lateness beyond the earliest frame of the next ten seconds."
-            )
-        ],
-        figures=found,
-    )
+    return Soak(found, cycle, duration, frames, samples)
 
 
 def _claims(duration: float, found: dict[str, Any]) -> list[Claim]:
@@ -307,3 +298,30 @@ def _memory(pid: int) -> float:
 
 def _descriptors(pid: int) -> int:
     return len(os.listdir(f"/proc/{pid}/fd"))
+
+
+def _setup(measured: Measured[Soak]) -> list[tuple[str, str]]:
+    found = measured.figures
+    return [
+        ("walk", f"{found['seconds']:.0f} s of the {GAIT} gait in real time, two processes over loopback"),
+        ("cycles", f"{found['cycles']}, {found['missed']} missed, {found['skipped']} skipped"),
+    ]
+
+
+SOAK: Final = Experiment(
+    title="A long walk",
+    source="No part of the thesis.",
+    setup=_setup,
+    measure=measure,
+    quantities=lambda measured: measured.results.found,
+    claims=lambda measured: _claims(measured.results.duration, measured.figures),
+    pictures=(
+        Drawing(
+            "soak.png",
+            draw,
+            "Memory and lateness",
+            "Lateness beyond the earliest frame of the next ten seconds.",
+            (7.0, 5.0),
+        ),
+    ),
+)

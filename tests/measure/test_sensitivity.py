@@ -16,8 +16,8 @@ from tests.measure import sensitivity
 from tests.measure.sensitivity import (
     FIGURES,
     LEVELS,
+    SENSITIVITY,
     elementary_effects,
-    experiment,
     sobol_indices,
     trajectory,
 )
@@ -52,7 +52,7 @@ def test_the_strongest_unknowns_are_found_with_their_shares_of_the_variance(
 
     monkeypatch.setattr(sensitivity, "_figures", figures)
     with Campaign(cluster="inline", stop=threading.Event()) as campaign:
-        outcome = experiment(Context(campaign, tmp_path, tuple(range(8)), RunConfig()))
+        outcome = SENSITIVITY.run("sensitivity", Context(campaign, tmp_path, tuple(range(8)), RunConfig()))
     result = outcome.figures
     effects, indices = result["effects"]["damping"], result["indices"]["damping"]
     assert effects["loop"].mean == pytest.approx(3.0) and effects["delay"].mean == pytest.approx(4.0)

@@ -13,7 +13,10 @@ from bridge.body import TORSO, joint_tree, load_body
 from emulator.wear import load_wear
 from nao_hil.cli.main import run
 from nao_hil.experiments import torso_step
+from nao_hil.experiments.context import Context
 from nao_hil.experiments.torso_responses import fit_plant, read_shape
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig
 
 mujoco = pytest.importorskip("mujoco")
 PAGE = Path(__file__).parents[2] / "docs/how-to/export.md"
@@ -67,7 +70,9 @@ def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatc
     exec(program[1], found)
     response = np.array(found["step"])[11::12]
     time = 0.012 * np.arange(1, len(response) + 1)
-    ours = torso_step.run([1], engine="mujoco", amplitude=math.radians(1.5))  # the page's
+    with Campaign(cluster="inline") as campaign:
+        context = Context(campaign, tmp_path, (1,), RunConfig(engine="mujoco"))
+        ours = torso_step.quantities(torso_step.measure(context, math.radians(1.5)))  # the page's
     frequency = fit_plant(time, response)[0].natural_frequency_rad_s
     assert frequency == pytest.approx(ours["true"].natural_frequency_rad_s, rel=0.1)
     assert read_shape(time, response).peak == pytest.approx(ours["true_shape"].peak, rel=0.1)

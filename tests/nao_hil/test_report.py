@@ -14,6 +14,7 @@ import pytest
 from nao_hil.analysis.report.render import Claim, Picture, Report, ReportPage, ReportTable, write_report
 from nao_hil.cli.main import run
 from nao_hil.experiments.catalogue import EXPERIMENTS
+from nao_hil.experiments.experiment import Experiment
 from tests.loops import TIMEOUT, until
 
 PNG = base64.b64decode(
@@ -109,7 +110,7 @@ def test_all_of_the_thesis_are_there(capsys: pytest.CaptureFixture[str]) -> None
         "torso-drift",
         "torso-step",
     ]
-    assert all(callable(entry.load()) for entry in EXPERIMENTS.values())
+    assert all(isinstance(entry.load(), Experiment) for entry in EXPERIMENTS.values())
 
 
 def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ def test_a_walk_over_a_slow_line_is_walked_with_every_answer_late(
 ) -> None:
     for name, value in {"GAITS": ("dynamic",), "DELAYS": (0.008,), "JITTERS": (0.0,), "LOSSES": (0.0,)}.items():
         monkeypatch.setattr(network, name, value)
-    (cell,) = network.experiment(context).figures["cells"]
+    (cell,) = network.measure(context)
     assert (cell.completed.n, cell.completed.survived, cell.fell) == (1, 1, 0)
     # 16 ms there and back: while it walks no answer is there within its cycle of 10 ms.
     assert cell.missed > 0.3
@@ -65,7 +65,7 @@ def test_a_dynamic_walk_with_an_outage_stays_upright_and_is_walked_to_its_end(
 ) -> None:
     monkeypatch.setattr(outages, "STEPS", {"dynamic": 24})
     monkeypatch.setattr(outages, "EVENTS", ("outage of 2 s",))
-    (walk,) = outages.experiment(context).figures["walks"]
+    (walk,) = outages.measure(context)
     assert walk.walked and not walk.fell and not walk.walker
     assert "guard-hold" in walk.notices and "guard-crouch" in walk.notices
     assert all(count > 1000 for count in walk.recordings)

@@ -5,16 +5,21 @@ from __future__ import annotations
 import base64
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import msgspec
 
 from bridge.errors import ConfigurationError
 from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.folder import versions
+
+Column: TypeAlias = str | Callable[[Any], str]
+"""Text of a cell: a format of the item, such as `{0.seed}`, or a function of it."""
+Columns: TypeAlias = Mapping[str, Column]
+"""By their heads."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,15 @@ class ReportTable:
     title: str
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+
+
+def table(title: str, items: Iterable[Any], columns: Columns) -> ReportTable:
+    """A table with an item a row."""
+    rows = tuple(
+        tuple(column(item) if callable(column) else column.format(item) for column in columns.values())
+        for item in items
+    )
+    return ReportTable(title, tuple(columns), rows)
 
 
 def yes_no(value: bool) -> str:

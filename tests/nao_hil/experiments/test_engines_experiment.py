@@ -11,18 +11,16 @@ import pytest
 
 from nao_hil.analysis.statistics import mean_of, median_of
 from nao_hil.experiments.engines import (
-    EnginesSetup,
+    ENGINES_COMPARED,
     Row,
     compared_walks,
     count_row,
-    experiment,
     paired_row,
     row_claims,
-    rows_table,
 )
 from nao_hil.experiments.get_up import Course, Drop
 from nao_hil.experiments.obstacle import board
-from nao_hil.experiments.servo_bench import ServoRow
+from nao_hil.experiments.servo_bench import Drive
 from nao_hil.experiments.torso_responses import THESIS, Responses
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
@@ -56,13 +54,10 @@ def test_counts_agree_when_wilsons_intervals_overlap(stood: int, agree: bool) ->
     row = count_row("walk on", [True] * 20, [True] * stood + [False] * (20 - stood))
     assert row.agree is agree
     assert row_claims([row])[0].holds is agree
-    assert row.pybullet.words() == "20 of 20 (84 to 100 %)"
 
 
-def test_a_row_without_a_goal_claims_nothing_and_stands_in_the_table() -> None:
-    row = Row(figure="time, s", pybullet=median_of([3.0]), mujoco=median_of([]))
-    assert row_claims([row]) == ()
-    assert rows_table([row]).rows == (("time, s", "3", "none", "", "", ""),)
+def test_a_row_without_a_goal_claims_nothing() -> None:
+    assert row_claims([Row(figure="time, s", pybullet=median_of([3.0]), mujoco=median_of([]))]) == []
 
 
 def end_on_an_engine(task: Walk) -> WalkEnd:
@@ -86,13 +81,13 @@ class MadeUp(MadeCampaign):
         response = THESIS.step(np.arange(0.01, 4.005, 0.01))[None, :]
         return Responses(fused=response, true=response, request=None, angle=None)
 
-    def _drives(self, task: tuple[str, str, str]) -> tuple[ServoRow, ...]:
+    def _drives(self, task: tuple[str, str, str]) -> list[Drive]:
         faster = (1.0, 1.0) if task[2] == "pybullet" else (1.01, 1.03)
-        fields = {name: 0.5 for name in ServoRow.__struct_fields__}
-        return tuple(
-            ServoRow(**fields | {"joint": joint, "no_load_speed": 5.0 * f})  # type: ignore[arg-type]
+        fields = {name: 0.5 for name in Drive.__struct_fields__}
+        return [
+            Drive(**fields | {"joint": joint, "no_load_speed": 5.0 * f})  # type: ignore[arg-type]
             for joint, f in zip(("LKneePitch", "RKneePitch"), faster, strict=True)
-        )
+        ]
 
     def _course(self, config: RunConfig) -> Course:
         drop = Drop(
@@ -111,7 +106,7 @@ class MadeUp(MadeCampaign):
 def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> None:
     pytest.importorskip("pybullet")
     context = made_context(MadeUp(end_on_an_engine), tmp_path, range(20))
-    outcome = experiment(context)
+    outcome = ENGINES_COMPARED.run("engines", context)
     written = json.loads(msgspec.json.encode(outcome.result))
     assert set(written) == {"name", "passed", "rows"}
     rows = {row["figure"]: row for row in written["rows"]}
@@ -137,9 +132,10 @@ def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> N
 
 def test_both_engines_walk_the_conditions_of_the_experiments() -> None:
     """R1 with its board, R2 and R5, each with its own switches."""
-    walks = compared_walks(EnginesSetup(walks=(("static", 1.0),), drift=2.0, dynamic=3.0))
-    assert [walk.name.split(",")[0] for walk in walks] == ["static gait"] + 2 * ["R1"] + 2 * ["R2"] + 2 * ["R5"]
-    assert [walk.duration for walk in walks] == [1.0] + 2 * [45.0] + 2 * [2.0] + 2 * [3.0]
-    assert [walk.plates for walk in walks if walk.plates] == [board, board]
+    walks = compared_walks()
+    assert [walk.name.split(",")[0] for walk in walks[3:]] == ["omni gait"] + 2 * ["R1"] + 2 * ["R2"] + 2 * [
+        "R5"
+    ]
+    assert [walk.task.by_seed for walk in walks[4:6]] == [board, board]
     thesis = msgspec.to_builtins(NAMED["thesis"])
-    assert all(walk.switches == thesis for walk in (walks[3], walks[5]))
+    assert all(walk.changes == {"controller.switches": thesis} for walk in (walks[6], walks[8]))

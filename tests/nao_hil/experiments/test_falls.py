@@ -16,7 +16,7 @@ from emulator.start import random_drop
 from emulator.wear import load_wear
 from nao_hil.experiments import falls
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls import FELLING, Fall, claims, experiment, judge, pushes
+from nao_hil.experiments.falls import FALLS, FELLING, Fall, claims, judge, pushes
 from nao_hil.experiments.get_up import DROP, WARM, dropped, get_up
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.campaign import Campaign
@@ -47,7 +47,7 @@ def test_a_push_in_each_part_of_a_long_walk(tmp_path: Path, monkeypatch: pytest.
     changes = RunConfig(robot="nao-v6", engine="mujoco", gait="omni")
     with Campaign(cluster="inline") as campaign:
         context = Context(campaign, tmp_path, (3,), changes, duration=12.0)
-        (fall,) = experiment(context).figures["falls"]
+        (fall,) = FALLS.run("falls", context).figures["falls"]
     assert fall.impulse == FELLING
     assert fall.walked == pytest.approx(10.0, abs=2.0)  # the rest is the approach to the stand
     assert fall.walks_on

@@ -12,7 +12,7 @@ from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
 from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.push_map import ThresholdSearch
-from nao_hil.experiments.terrain import TerrainSetup, _grounds
+from nao_hil.experiments.terrain import ground_tasks
 from nao_hil.experiments.velocity import cell, heading_velocity, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
@@ -139,15 +139,15 @@ def tensor(inertia) -> np.ndarray:
 
 def test_worlds_follow_the_seed_alone():
     """Slopes are 5 degrees whatever their direction; plates have edges of 4 to 20 cm and are 10 mm high."""
-    task, setup = Walk(name="", config=RunConfig(), duration=20.0), TerrainSetup()
-    grounds = _grounds(setup)
+    tasks = ground_tasks("omni")
     for seed in range(5):
-        floor = grounds["slope"](task, np.random.default_rng(seed))["scenario"].floor
+        task = Walk(name="", config=RunConfig(seed=seed), duration=20.0)
+        floor = tasks["slope"].by_seed(task)["scenario"].floor
         roll, pitch = math.radians(floor.roll), math.radians(floor.pitch)
         steepness = math.acos(math.cos(roll) * math.cos(pitch))
         assert math.degrees(steepness) == pytest.approx(5.0, abs=0.01)
-        plates = grounds["plates"](task, np.random.default_rng(seed))["world_events"]
-        assert plates == grounds["plates"](task, np.random.default_rng(seed))["world_events"]
+        plates = tasks["plates"].by_seed(task)["world_events"]
+        assert plates == tasks["plates"].by_seed(task)["world_events"]
         assert len(plates) == 5
         for time, plate in plates:
             assert 0.0 < time < 20.0

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_hil.experiments import slope
-from nao_hil.experiments.slope import SlopeSetup, search, trial
+from nao_hil.experiments.slope import SLOPE, SlopeSetup, search, trial
 from nao_hil.runs.campaign import Interrupted
 from tests.made_walks import MadeCampaign, made_context
 
@@ -72,5 +71,5 @@ def test_r6_is_of_the_static_gait_unless_another_one_is_told(
     """Thesis 4.2.3, whatever gait walks by default."""
     campaign = MadeCampaign(most=0)
     with pytest.raises(Interrupted):
-        slope.experiment(made_context(campaign, tmp_path, (0, 1), gait=told))
+        SLOPE.run("slope", made_context(campaign, tmp_path, (0, 1), gait=told))
     assert {walk.config.gait for walk in campaign.asked} == {walked}

@@ -13,12 +13,15 @@ from bridge.body import BODIES, load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import CentreOfMass
 from bridge.errors import ConfigurationError
+from nao_hil.analysis.report.render import Outcome
 from nao_hil.experiments import torso_design
+from nao_hil.experiments.context import Context
 from nao_hil.experiments.planned_walks import DT, EXPECTED, design_values, plan, read_plan
 from nao_hil.experiments.spring import deflection
 from nao_hil.experiments.torso_control import SWITCHES, drift_per_step
 from nao_hil.experiments.torso_responses import THESIS, Plant, fit_plant, one_leg_stance, read_shape
-from nao_hil.experiments.torso_step import run
+from nao_hil.experiments.torso_step import TORSO_STEP, measure
+from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome, walk
 from walker.gaits import gait_parameters, make_gait
@@ -72,8 +75,13 @@ def test_the_stance_is_upright_over_the_left_foot(name: str) -> None:
     assert angles[INDEX["LKneePitch"]] == 0.0
 
 
+def torso_step(out: Path) -> Outcome:
+    with Campaign(cluster="inline") as campaign:
+        return TORSO_STEP.run("torso-step", Context(campaign, out, (0,), RunConfig()))
+
+
 def test_the_nominal_robot_answers_like_the_thesis_plant(tmp_path: Path) -> None:
-    result = run([0], out=tmp_path)
+    result = torso_step(tmp_path).figures
     # (4.12): 7.0 rad/s, damping 0.10, zero 8 rad/s, gain 1, undershoot -0.30; rise 100 ms, peak 2.0.
     # About half to twice each: one seed says no more. Of five, zeros are 9.4 to 10 rad/s, and peaks 2.1 to 2.3.
     assert result["natural_frequency_rad_s"] == pytest.approx(7.0, rel=0.15)
@@ -90,9 +98,9 @@ def test_the_nominal_robot_answers_like_the_thesis_plant(tmp_path: Path) -> None
     assert (tmp_path / "torso-step.png").stat().st_size > 10_000
 
 
-def test_a_wave_that_throws_the_robot_over_is_one_clear_sentence() -> None:
-    with pytest.raises(ConfigurationError, match="No stance on one leg survived a wave of 15 deg"):
-        run([0], amplitude=0.2618)
+def test_a_wave_that_throws_the_robot_over_is_one_clear_sentence(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="wave of 15 deg"), Campaign(cluster="inline") as campaign:
+        measure(Context(campaign, tmp_path, (0,), RunConfig(engine="mujoco")), 0.2618)
 
 
 V3 = load_body("nao-v3")
@@ -138,7 +146,7 @@ def test_without_torso_control_the_static_gait_pitches_further_with_every_step_u
     """
 
     def walked(name: str, seed: int, seconds: float) -> WalkOutcome:
-        controller = {"switches": SWITCHES[name]}
+        controller = {"switches": SWITCHES[name]["controller.switches"]}
         config = RunConfig(robot="nao-v3", engine="mujoco", gait="static", seed=seed, controller=controller)
         return walk(Walk(name=name, config=config, duration=seconds))
 

@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy import signal
 
 from bridge.body import load_body
 from emulator.wear import load_wear
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.servo_bench import LEGS, cruise_speed, motion_times, part
-from nao_hil.experiments.servo_table import published_response
+from tests.measure.servo_table import fall_limp, overload
 
 V3, NOMINAL = load_body("nao-v3"), load_wear("nominal")
 
@@ -68,21 +67,15 @@ def test_half_the_stiffness_is_half_the_torque_and_none_is_none(physics: str) ->
 
 
 def test_without_stiffness_hips_and_knees_fall_by_their_weight(physics: str) -> None:
-    fallen = dict(zip(LEGS, np.degrees(servo_bench.fall_limp(V3, NOMINAL, physics)), strict=True))
+    fallen = dict(zip(LEGS, np.degrees(fall_limp(V3, NOMINAL, physics)), strict=True))
     assert min(fallen[side + joint] for side in "LR" for joint in ("HipRoll", "HipPitch", "KneePitch")) > 15.0
 
 
 def test_a_stalled_motor_warms_as_the_closed_form_says_and_is_derated(physics: str) -> None:
-    track = servo_bench.overload(V3, NOMINAL, physics, 16.0)
+    track = overload(V3, NOMINAL, physics, 16.0)
     hot = part(track, 4) > 85.0
     warm = [float(track[int(np.argmax(hot[:, i])), 0] - track[0, 0]) for i in range(len(LEGS))]
     rise = 60.0 * (59.5 / 12.3) ** 2
     np.testing.assert_allclose(warm, -300.0 * math.log(1.0 - 60.0 / rise), rtol=0.03)
     assert (part(track, 5)[-1] < 0.7).all()
     np.testing.assert_allclose(part(track, 5)[0], 1.0)
-
-
-def test_the_yardstick_is_the_published_second_order_model() -> None:
-    time = np.arange(0.0, 0.5, 1e-3)
-    _, expected = signal.step(signal.lti([1.0], [0.019**2, 2.0 * 1.5 * 0.019, 1.0]), T=time)
-    np.testing.assert_allclose(published_response(time), expected, atol=1e-9)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 import numpy as np
@@ -26,6 +26,8 @@ from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from emulator.wear import WearProfile
 from emulator.wear.ensemble import Member, RobotEnsemble, profile_of, unknowns
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.experiment import Experiment, Measured, bounded
 from nao_hil.experiments.robot_figures import FIGURES, knee_hold, tracking
 from nao_hil.experiments.torso_step import BOUNDS, torso_figures
 from nao_hil.files import write_text
@@ -44,7 +46,7 @@ RUN_SEED: Final = 0
 """Of the robots' noise while they are measured."""
 HOPELESS: Final = 5.0
 """Distance from which on the more expensive figures are not measured."""
-COMPARED: Final = {name: (bound.low, bound.high) for name, bound in BOUNDS.items()} | {
+COMPARED: Final = {name: (low, high) for name, (_, low, high) in BOUNDS.items()} | {
     name: (figure.low, figure.high) for name, figure in FIGURES.items() if name.startswith(("tracking", "knee"))
 }
 """Bounds of all figures."""
@@ -251,3 +253,32 @@ def write_ensemble(path: Path, ensemble: RobotEnsemble) -> None:
         values = ", ".join(f"{value!r}" for value in member.values)
         lines += ["", "[[members]]", f"values = [{values}]", f"figures = {{{figures}}}"]
     write_text(path, "\n".join(lines) + "\n")
+
+
+def _measure(context: Context) -> RobotEnsemble:
+    """As many robots as there are seeds, drawn from the first; the file is written after each generation."""
+    return design_ensemble(
+        len(context.seeds),
+        context.seeds[0],
+        context.engine,
+        f"python -m tests.measure ensemble --seeds {len(context.seeds)} --first-seed {context.seeds[0]} "
+        f"--engine {context.engine}",
+        lambda function, draws: context.campaign.map("robot", function, draws),
+        lambda so_far: write_ensemble(context.out / "ensemble.toml", so_far),
+    )
+
+
+def _quantities(measured: Measured[RobotEnsemble]) -> dict[str, Any]:
+    found = measured.results
+    return {"tried": found.tried, "accepted": found.accepted, "members": len(found.members)}
+
+
+ENSEMBLE: Final = Experiment(
+    title="Robots that agree with the measurements of real ones",
+    source="Population Monte Carlo: Beaumont et al. (2009). Ranges: emulator/wear/unknowns.toml.",
+    measure=_measure,
+    quantities=_quantities,
+    claims=lambda measured: [
+        bounded("As many as wanted", len(measured.results.members), len(measured.context.seeds), words="{}")
+    ],
+)

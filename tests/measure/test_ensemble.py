@@ -8,7 +8,7 @@ import pytest
 
 from bridge.config import load_toml
 from emulator.wear.ensemble import RobotEnsemble, load_ensemble, unknowns
-from nao_hil.experiments.calibration import (
+from tests.measure.ensemble import (
     COMPARED,
     Draw,
     Sampler,
