@@ -2,7 +2,7 @@
 
 `Robot` is the emulated robot in this process, `Batch` many of them, `World` several in one world, `walk` a
 whole walk. `connect` controls any robot on the link, emulated or real. `WalkClient` commands a walker,
-`WorldClient` the world of an emulated robot. `load` gives a recorded run as arrays. `JOINTS` names the 25 joints
+`WorldClient` the world of an emulated robot. `load` gives a run as arrays. `JOINTS` names the 25 joints
 in the order of all frames; the base of all errors, each with one sentence, is `NaoHilError`.
 """
 

@@ -9,11 +9,11 @@ from typing import Any, Final
 import msgspec
 
 from bridge.errors import ConfigurationError
-from bridge.recording.playback import read_recording, recorded_body, recorded_config
 from emulator.scenarios import load_scenario
-from nao_hil.analysis.diagnosis import moments, symptoms_of
+from nao_hil.analysis.diagnosis import symptoms_of
 from nao_hil.analysis.inspection import inspect
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.run import load
 from walker.gaits import gait_parameters
 from walker.parameters import controller_parameters
 
@@ -50,7 +50,7 @@ def config_differences(first: Path, second: Path) -> dict[str, list[Any]]:
     Raises:
         ConfigurationError: not a recording.
     """
-    configs = [recorded_config(file) or {} for file in (first, second)]
+    configs = [load(file).config for file in (first, second)]
     given = [{k: v for k, v in _flat(config).items() if v not in ("", [])} for config in configs]
     whole = [_defaults(config) | one for config, one in zip(configs, given, strict=True)]
     return _unequal(whole, [*given[0], *given[1]])
@@ -78,13 +78,8 @@ def event_differences(first: Path, second: Path) -> list[list[Event]]:
     Raises:
         ConfigurationError: not a recording.
     """
-    events = [
-        sorted(
-            (round(symptom.time, 3), symptom.text)
-            for symptom in symptoms_of(moments(read_recording(file)), recorded_body(file, default="nao-v3"))
-        )
-        for file in (first, second)
-    ]
+    runs = [load(file) for file in (first, second)]
+    events = [sorted((round(s.time, 3), s.text) for s in symptoms_of(run.cycles(), run.body)) for run in runs]
     alone = [_alone(events[0], events[1]), _alone(events[1], events[0])]
     return alone if any(alone) else []
 

@@ -20,7 +20,7 @@ from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import ConfigurationError
 from bridge.files import open_file, read_limited
 from bridge.types import Array
-from nao_hil.identification.readings import COMMANDS, Readings
+from nao_hil.identification.readings import COMMANDS, LoggedRun
 
 _JOINTS: Final = (
     *("HeadPitch", "HeadYaw", "RShoulderRoll", "LShoulderRoll", "RShoulderPitch", "LShoulderPitch"),
@@ -50,7 +50,7 @@ def is_naoth(path: Path) -> bool:
         return _ENTRY.match(file.read(64)) is not None
 
 
-def read_naoth(path: Path) -> Readings:
+def read_naoth(path: Path) -> LoggedRun:
     """Read angles, requests and sensors.
 
     A request holds from the time of its frame.
@@ -85,7 +85,7 @@ def read_naoth(path: Path) -> Readings:
         if any(name in row for _, row in rows)
     }
     commands: dict[str, Array] = {name: tables.pop(name) for name in COMMANDS if name in tables}
-    return Readings(times, tables, times, commands)
+    return LoggedRun(times, tables, times, commands)
 
 
 def _frames(data: memoryview) -> Iterator[Mapping[str, memoryview]]:

@@ -51,7 +51,7 @@ def walk(name: str, gait: str, steps: int) -> Walk:
             frame, truth = robot.frame, robot.truth()
             _, pitch, roll = Rotation.from_quat(truth.torso_orientation).as_euler("ZYX")
             loads = []
-            for contact in robot._contacts.feet.values():
+            for contact in robot.multibody.contacts.feet.values():
                 loads += [contact.normal_force, *(contact.cop or (np.nan, np.nan))]
             rows.append((*frame.angle, roll, pitch, *frame.fsr, *loads))
             drift.append(cells.drift)

@@ -117,7 +117,7 @@ def lola(data: bytes) -> None:
     size = 1 + (data[0] if data else 0)
     stream, whole = MapStream(("Position", "Stiffness")), MapStream(("Position", "Stiffness"))
     found = [value for at in range(0, len(data), size) for value in stream.feed(data[at : at + size])]
-    demand = Setpoints((0.0,) * N_JOINTS, (0.0,) * N_JOINTS)
+    demand = Setpoints((0.0,) * N_JOINTS)
     for value in (*found, *whole.feed(data)):
         demand.update(value)
         _only(NaoHilError, sensor_frame, value, seq=0)

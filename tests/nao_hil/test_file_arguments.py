@@ -23,7 +23,7 @@ from nao_hil.cli.main import _application, run
 from tests.frames import standing_frame
 
 LONGEST: Final = 300
-"""s of the wall clock, far over each reader's bound also on a busy machine: only a command that hangs needs as long."""
+"""s of the wall clock, far over each reader's bound on a busy machine, too: only a hanging command needs it."""
 ONE_ROW: Final = "time,command.HeadYaw,position.HeadYaw\n0,0,0\n0.01,0,0\n0.02,0,0\n"
 
 TOML: Final = ".toml"
@@ -37,6 +37,8 @@ FILES: Final = {
     "--columns": TOML,
     "--base": TOML,
     "--space": TOML,
+    "--world": TOML,
+    "--leg-model": ".onnx",
     "--replay": MCAP,
     "--study": ".log",
     "motion name": ".csv",

@@ -34,7 +34,7 @@ class Hanging:
 
     def __init__(self, robot: EmulatedRobot) -> None:
         self._robot, self._stream = robot, MapStream(ACTUATORS)
-        self._setpoints = Setpoints(robot.frame.position, robot.frame.stiffness)
+        self._setpoints = Setpoints(robot.frame.stiffness)
 
     def measured(self) -> list[float]:
         packet = sensor_packet(self._robot.frame, Identity())

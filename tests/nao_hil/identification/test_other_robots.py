@@ -16,7 +16,7 @@ from bridge.errors import ConfigurationError
 from nao_hil.cli.main import run
 from nao_hil.identification.leg_model import ORDERS, compare_leg_model, load_model
 from nao_hil.identification.naoth_log import read_naoth
-from nao_hil.identification.readings import Readings, Signals, on_grid
+from nao_hil.identification.readings import LoggedRun, Signals, on_grid
 from nao_hil.identification.recorded import read_signals
 from tests.nao_hil.identification import bhuman_logs, naoth_logs
 from tests.nao_hil.identification.naoth_logs import entry, frame, integer, write_log
@@ -147,7 +147,7 @@ def ramps(rows: int = 60, order: str = "by leg") -> Signals:
     for joint, rate in zip(ORDERS[order], RATES, strict=True):
         slot = INDEX["LHipYawPitch" if joint == "RHipYawPitch" else joint]
         angles[:, slot], requests[:, slot] = rate * time, rate * (time + 0.048)
-    readings = Readings(time, {"position": angles}, time, {"command": requests})
+    readings = LoggedRun(time, {"position": angles}, time, {"command": requests})
     return on_grid(readings, 0.012)
 
 
