@@ -20,7 +20,17 @@ from typing import Any, Final
 import numpy as np
 
 ROOT: Final = Path(__file__).parents[2]
-IN_PROCESS: Final = ("bridge", "emulator", "walker", "nao_hil/__init__.py", "nao_hil/arguments.py", "nao_hil/runs")
+IN_PROCESS: Final = (
+    *("bridge", "emulator", "walker"),
+    *("nao_hil/__init__.py", "nao_hil/arguments.py", "nao_hil/runs"),
+)
+    "bridge",
+    "emulator",
+    "walker",
+    "nao_hil/__init__.py",
+    "nao_hil/arguments.py",
+    "nao_hil/runs",
+)
 """Sources and data of a walk in process. Nothing in them imports another part of nao_hil (import-linter)."""
 PROCESSES: Final = ("bridge", "emulator", "walker", "nao_hil")
 """Sources and data of walks that are started as `nao-hil` commands."""

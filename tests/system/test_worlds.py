@@ -23,7 +23,7 @@ from emulator.scenarios import FLAT
 from emulator.start import build_world
 from emulator.timing import CycleTimer
 from tests.frames import info_of_robot
-from tests.loops import TIMEOUT, until
+from tests.loops import TIMEOUT, repeat_while, until
 from tests.ports import free_endpoint
 
 Start = Callable[..., Any]
@@ -47,7 +47,10 @@ def turn_heads(endpoint: str, waits: bool) -> dict[str, list[SensorFrame]]:
             position = list(robot.first_target)
             position[HEAD] = ANGLES[name]
             seen[name] = [robot.frame]
-            while robot.frame.seq < CYCLES or (not waits and robot.frame.time < seen[name][0].time + 3.0):
+            start = robot.frame.time
+            for _ in repeat_while(
+                lambda: robot.frame.seq < CYCLES or (not waits and robot.frame.time < start + 3.0)
+            ):
                 seen[name].append(robot.step(position))
 
         threads = [threading.Thread(target=control, args=(name,)) for name in ANGLES]

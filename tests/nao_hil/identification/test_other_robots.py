@@ -68,10 +68,10 @@ def test_a_naoth_log_of_a_v3_and_one_that_was_cut_off(tmp_path: Path) -> None:
     """Logs of a V3 have 22 joints; the last frame of a log that was cut off is left out."""
     path = write_log(tmp_path / "sensor.log", naoth_frames(5, joints=22))
     whole = read_naoth(path)
-    assert np.isnan(whole.measured["position"][:, INDEX["LWristYaw"]]).all()
-    assert np.isfinite(whole.measured["position"][:, INDEX["LAnkleRoll"]]).all()
+    assert np.isnan(whole["sensors"]["position"][:, INDEX["LWristYaw"]]).all()
+    assert np.isfinite(whole["sensors"]["position"][:, INDEX["LAnkleRoll"]]).all()
     path.write_bytes(path.read_bytes()[:-400])
-    assert len(read_naoth(path).time) == 4
+    assert read_naoth(path)["sensors"].rows == 4
 
 
 @pytest.mark.parametrize(
