@@ -21,9 +21,6 @@ import numpy as np
 
 ROOT: Final = Path(__file__).parents[2]
 IN_PROCESS: Final = (
-    *("bridge", "emulator", "walker"),
-    *("nao_hil/__init__.py", "nao_hil/arguments.py", "nao_hil/runs"),
-)
     "bridge",
     "emulator",
     "walker",

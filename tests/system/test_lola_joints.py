@@ -46,7 +46,9 @@ class Hanging:
             self._setpoints.update(values)
         wanted = self._setpoints
         frame = ActuatorFrame(
-            reply_to=self._robot.frame.seq, position=wanted.position, stiffness=wanted.stiffness
+            reply_to=self._robot.frame.seq,
+            position=wanted.position(self._robot.frame.position),
+            stiffness=wanted.stiffness,
         )
         self._robot.advance(frame)
 
