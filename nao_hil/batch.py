@@ -45,11 +45,13 @@ class Batch:
     of threads.
 
     Example:
+        ```python
         with nao_hil.Batch(range(16), wear=["nominal", "worn"] * 8) as robots:
             stand = robots.frames.position
             for _ in range(100):
                 frames = robots.step(stand)
             print(frames.angle[:, 1], [truth.fell for truth in robots.truths])
+        ```
 
     Args:
         seeds: One for each robot.

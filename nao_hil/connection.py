@@ -79,10 +79,12 @@ def connect(
     """Take control of a robot on the link for as long as the context lasts.
 
     Example:
+        ```python
         with nao_hil.connect("tcp/192.168.1.7:7447") as robot:
             stand = robot.first_target
             while robot.frame.time < 5.0:
                 robot.step(stand, 0.8)
+        ```
 
     Args:
         endpoint: Zenoh endpoint of the robot.

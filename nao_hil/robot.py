@@ -39,11 +39,13 @@ class Robot:
     It starts in its standing posture with full stiffness. The same seed gives the same frames, bit for bit.
 
     Example:
+        ```python
         with nao_hil.Robot("nao-v6", seed=1) as robot:
             stand = robot.frame.position
             for _ in range(100):
                 frame = robot.step(stand, 0.8)
             print(frame.time, robot.truth.com)
+        ```
 
     Args:
         body: Name of a body (`nao-hil robots`), or path of a data sheet.
@@ -202,8 +204,10 @@ def walk(
     """Walk an emulated robot in this process, as fast as it computes.
 
     Example:
+        ```python
         summary = nao_hil.walk("dynamic", seed=3, steps=20, record="walk.mcap")
         print(summary.fell, summary.distance)
+        ```
 
     Args:
         gait: A name of `nao-hil gaits`.

@@ -47,6 +47,7 @@ class World(Closing):
     for bit, and a robot alone those of `nao_hil.Robot`.
 
     Example:
+        ```python
         with nao_hil.World(engine="mujoco") as world:
             world.add("nao-v6", name="red", seed=1)
             world.add("nao-v6", name="blue", seed=2, at=(1.0, 0.0, 3.14))
@@ -54,6 +55,7 @@ class World(Closing):
             for _ in range(100):
                 frames = world.step({"red": stand, "blue": (stand, 0.8)})
             print(world.truth.robots["blue"].torso_position)
+        ```
 
     Args:
         scenario: Floor and objects: a name (`nao-hil scenarios`), or path of a scenario. Its events and faults

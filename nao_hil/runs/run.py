@@ -71,8 +71,11 @@ class Table(Mapping[str, Array]):
     def last(self, column: str, values: ArrayLike) -> NDArray[np.int64]:
         """For each value the row of the last message that is not beyond it in a column; -1: none.
 
-        Example: walk = run["walk/telemetry"]
-                 phase = walk["phase"][walk.last("seq", run["sensors"]["seq"])]
+        Example:
+            ```python
+            walk = run["walk/telemetry"]
+            phase = walk["phase"][walk.last("seq", run["sensors"]["seq"])]
+            ```
         """
         order = np.argsort(self[column], kind="stable")
         place = np.searchsorted(self[column][order], values, side="right") - 1
@@ -277,10 +280,12 @@ def load(file: str | Path, robot: str | None = None) -> Run:
     """Read a recording (.mcap).
 
     Example:
+        ```python
         run = nao_hil.load("runs/walk")
         print(run)  # its tables, with the unit and the frame of each column
         knee = run["sensors"]["position"][:, nao_hil.JOINTS.index("LKneePitch")]
         run.between(2.0, 5.0)["sensors"].to_pandas().plot(y="position.LKneePitch")
+        ```
 
     Args:
         file: Its path, or that of a run's folder.
