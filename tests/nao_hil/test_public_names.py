@@ -33,7 +33,7 @@ def test_ten_names_at_most_each_with_a_docstring() -> None:
 @pytest.mark.parametrize("name", sorted(set(nao_hil.__all__) - {"JOINTS", "NaoHilError"}))
 def test_an_example_imports_what_it_uses(name: str) -> None:
     text = getdoc(getattr(nao_hil, name)) or ""
-    example = text.split("Example:\n")[1].split("\n\n")[0]
+    example = text.split("```python\n")[1].split("```")[0]
     nodes = list(ast.walk(ast.parse(textwrap.dedent(example))))
     used = [node for node in nodes if isinstance(node, ast.Name)]
     made = {node.id for node in used if isinstance(node.ctx, ast.Store)}
