@@ -112,8 +112,10 @@ class WalkClient(Client):
     """Commands the walker of one robot; close it, or use it as a context manager.
 
     Example:
+        ```python
         with nao_hil.WalkClient() as walker:
             print(walker.walk((0.015, 0.0, 0.0), distance=0.1).text)
+        ```
     """
 
     def walk(
@@ -204,9 +206,11 @@ class WorldClient(Client):
     """Commands the world of one emulated robot; close it, or use it as a context manager.
 
     Example:
+        ```python
         from bridge.messages.world import Push
         with nao_hil.WorldClient() as world:
             print(world.send(Push(impulse=(0.0, 1.5, 0.0), duration=0.1)).text)
+        ```
     """
 
     ROLE = "world"
