@@ -23,6 +23,7 @@ from bridge.rotations import rotation
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent, FrictionEvent, PushEvent
 from emulator.scenarios.model import Scenario
+from emulator.wear import load_wear
 from nao_hil.analysis.diagnosis import (
     BalanceEstimator,
     Symptom,
@@ -317,13 +318,14 @@ class Troubled:
 def test_a_fall_is_blamed_on_what_came_before_it_and_not_on_its_first_sign(
     joint: str, lasting: float, impulse: float, kind: str
 ) -> None:
-    """Robots of three seeds; the cause comes in another phase of each one's step, and not each one falls."""
+    """Nominal robots of three seeds; the cause comes in another phase of each step, and not each one falls."""
     body, blamed = load_body("nao-v6"), []
     for seed in (21, 22, 23):
         begin, settings = 4.1 + 0.13 * (seed - 21), RunConfig(gait="omni", velocity=(0.25, 0.0, 0.0), steps=0)
         pushes = (PushEvent(time=begin, impulse=impulse, direction=90.0),) if impulse else ()
         keeper = RunObserver(body)
-        with EmulatedRobot(body, seed=seed, engine="mujoco", scenario=Scenario(pushes=pushes)) as robot:
+        scenario, wear = Scenario(pushes=pushes), load_wear("nominal")
+        with EmulatedRobot(body, seed=seed, engine="mujoco", wear=wear, scenario=scenario) as robot:
             controller: Any = Troubled(
                 controller_maker(settings)(body, body.cycle), joint, begin, begin + lasting
             )

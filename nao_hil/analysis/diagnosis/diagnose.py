@@ -69,11 +69,14 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
             break
         chain.insert(0, symptom)
         until = symptom.time
-    begin = max(chain[0].time, chain[0].counted) if chain else fall.time
+    # Steps have signs that the robot overcomes: one that has not tilted yet is not falling.
+    tilted = next((s.time for s in chain if s.kind == "tilt"), 0.0)
+    begin = max(chain[0].time, chain[0].counted, tilted) if chain else fall.time
     done = [s for s in ordered if s.kind in CAUSES and begin - CAUSE_WINDOW <= s.time <= fall.time]
     before = next((s for s in reversed(done) if s.time <= begin and not s.text.endswith(" ends")), None)
-    if before is not None:  # every step has begins of signs; those that lasted only after it are its own
-        chain = [s._replace(time=max(s.time, before.time)) for s in chain]
+    if before is not None:  # signs that lasted only after it are its own; those before were overcome
+        lasting = [s for s in chain if max(s.time, s.counted) >= before.time]
+        chain = [s._replace(time=max(s.time, before.time)) for s in lasting]
     return Diagnosis(
         fell=fall.time,
         chain=(*sorted([*done, *chain], key=lambda s: s.time), fall),
