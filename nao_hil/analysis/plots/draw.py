@@ -94,16 +94,18 @@ def draw(runs: Sequence[tuple[Run, str]], name: str, file: Path, differ: Sequenc
     if two:
         falls = [each.fell for each, _ in runs if each.fell is not None]
         draw_difference(figure, others[0], panel, min(falls, default=math.inf))
-    for second, dashes in zip(others, DASHED.values(), strict=False):
-        _overlay(figure, second, dashes)
+    for (other, _), second, dashes in zip(runs[1:], others, DASHED.values(), strict=False):
+        fell = math.inf if other.fell is None or not over_time(second) else other.fell
+        _overlay(figure, second, dashes, fell)
     fit_to_walk(first, figure)
     explain_marks(first, figure)
     save_figure(whole, file)
 
 
-def _overlay(figure: Figure, other: Figure, dashes: str) -> None:
-    """Curves of another figure with the same axes, thinner; its marks and legends stay away."""
+def _overlay(figure: Figure, other: Figure, dashes: str, until: float) -> None:
+    """Curves of another figure with the same axes to a time, thinner; its marks and legends stay away."""
     for axes, found in zip(figure.axes, other.axes, strict=False):
         for line in found.lines:
             if np.size(line.get_xdata()) > MARK:
-                axes.plot(*line.get_data(), dashes, color=line.get_color(), lw=0.9, alpha=0.85)
+                x, y = np.asarray(line.get_data(), dtype=float)
+                axes.plot(x[x <= until], y[x <= until], dashes, color=line.get_color(), lw=0.9, alpha=0.85)
