@@ -66,31 +66,36 @@ def up(
         open_console().print(clipped, highlight=False)
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
-    if settings.mode != "in-process":
-        check_free(listen)
-    directory = new_folder(settings, out, overwrite=overwrite, waits=serve)
-    if settings.mode == "in-process":
+    linked = settings.mode != "in-process"
+    directory = new_folder(settings, out, listen if linked else None, overwrite=overwrite, waits=serve)
+    if not linked:
         return _in_process(settings, directory)
     shown = port if view else None
     return both_sides(settings, directory, name, listen, serve=serve, port=shown)
 
 
-def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool, waits: bool = True) -> RunDirectory:
+def new_folder(
+    settings: RunConfig, out: Path | None, listen: str | None = None, *, overwrite: bool, waits: bool = True
+) -> RunDirectory:
     """The folder of a run, with its configuration.
 
     Args:
         settings: Of the run.
         out: The folder; None: a new one by the time.
+        listen: Zenoh endpoint that must be free; None: none is needed.
         overwrite: A run that it holds is replaced.
         waits: The walker waits for orders.
 
     Raises:
         ConfigurationError: it cannot be made or holds a run, or the run could not begin; the folder
             keeps its content then.
+        LinkError: a robot is at the endpoint.
     """
     from nao_hil.runs.build import check_run  # imported late: as in `up`
 
     check_run(settings, waits=waits)
+    if listen is not None:
+        check_free(listen)
     directory = RunDirectory(out)
     directory.clear(overwrite=overwrite)
     directory.write_config(settings)
@@ -253,8 +258,8 @@ def demo(
     """
     settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
     settings = chosen_engine(settings, open_console())
-    check_free(listen)  # the demo would command the robot that is there
-    directory = new_folder(settings, out, overwrite=overwrite)
+    # a robot that is there already would be commanded by the demo
+    directory = new_folder(settings, out, listen, overwrite=overwrite)
     with Demo(DEFAULT_ROBOT, listen) as play:
         answer = both_sides(
             settings,

