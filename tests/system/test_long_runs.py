@@ -16,11 +16,11 @@ from tests.chaos.__main__ import rough
 pytestmark = pytest.mark.realtime
 
 
-def test_three_rough_minutes_break_no_promise() -> None:
+def test_rough_minutes_break_no_promise() -> None:
     """Of `tests/chaos`, from one seed."""
-    report = rough(180.0, 1, "mujoco")
+    report = rough(90.0, 1, "mujoco")
     assert not report.violations
-    assert sum(report.events.values()) > 5 and report.recordings >= 3
+    assert sum(report.events.values()) > 2 and report.recordings >= 2
 
 
 def test_the_demo_shows_all_its_parts_and_the_robot_stands_at_its_end(
