@@ -7,6 +7,7 @@ this process is the default in its children.
 from __future__ import annotations
 
 import gc
+import os
 import signal
 from importlib.util import find_spec
 
@@ -17,6 +18,7 @@ from emulator.engine.catalogue import ENGINES
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 gc.disable()  # until all tests are collected
+os.nice = lambda increment: 0  # a page gives way; here it shares its process with later tests
 # The same examples on every day, and however long a busy machine takes for one.
 settings.register_profile(
     "repeatable",

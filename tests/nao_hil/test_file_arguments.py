@@ -269,7 +269,6 @@ def test_a_bad_file_is_one_sentence_and_exit_code_2(
     case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(os, "nice", lambda by: 0)  # the page gives way; here all commands share the process
     (tmp_path / "good.csv").write_text(ONE_ROW)
     with Recorder(tmp_path / "good.mcap", {"config": '{"robot": "nao-v6"}'}) as recorder:
         for seq in range(50):
