@@ -312,16 +312,16 @@ class Troubled:
 
 @pytest.mark.parametrize(
     ("joint", "lasting", "impulse", "kind"),
-    [("LKneePitch", 9.0, 0.0, "limp"), ("", 1.2, 0.0, "missed"), ("", 0.0, 7.0, "world")],
+    [("LKneePitch", 9.0, 0.0, "limp"), ("", 0.6, 0.0, "missed"), ("", 0.0, 7.0, "world")],
     ids=["limp", "pause", "push"],
 )
 def test_a_fall_is_blamed_on_what_came_before_it_and_not_on_its_first_sign(
     joint: str, lasting: float, impulse: float, kind: str
 ) -> None:
-    """Nominal robots of three seeds; the cause comes in another phase of each step, and not each one falls."""
+    """Nominal robots until two fell; the cause comes in another phase of each step, and some bear a pause."""
     body, blamed = load_body("nao-v6"), []
-    for seed in (21, 22, 23):
-        begin, settings = 4.1 + 0.13 * (seed - 21), RunConfig(gait="omni", velocity=(0.25, 0.0, 0.0), steps=0)
+    for seed in range(21, 33):
+        begin, settings = 4.1 + 0.13 * (seed % 3), RunConfig(gait="omni", velocity=(0.4, 0.0, 0.0), steps=0)
         pushes = (PushEvent(time=begin, impulse=impulse, direction=90.0),) if impulse else ()
         keeper = RunObserver(body)
         scenario, wear = Scenario(pushes=pushes), load_wear("nominal")
@@ -333,5 +333,7 @@ def test_a_fall_is_blamed_on_what_came_before_it_and_not_on_its_first_sign(
         if (diagnosis := diagnose(keeper.run)) is not None:
             assert diagnosis.before is not None, diagnosis.sentence
             blamed.append((diagnosis.before.kind, diagnosis.before.time - begin))
-    assert blamed
+        if len(blamed) == 2:
+            break
+    assert len(blamed) == 2
     assert all(named == kind and abs(late) < 0.05 for named, late in blamed), blamed

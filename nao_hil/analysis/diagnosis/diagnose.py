@@ -69,8 +69,8 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
             break
         chain.insert(0, symptom)
         until = symptom.time
-    # Steps have signs that the robot overcomes: one that has not tilted yet is not falling.
-    tilted = next((s.time for s in chain if s.kind == "tilt"), 0.0)
+    # Steps have signs that the robot overcomes: it falls from its last tilt on, the earlier ones have ended.
+    tilted = next((s.time for s in reversed(chain) if s.kind == "tilt"), 0.0)
     begin = max(chain[0].time, chain[0].counted, tilted) if chain else fall.time
     done = [s for s in ordered if s.kind in CAUSES and begin - CAUSE_WINDOW <= s.time <= fall.time]
     before = next((s for s in reversed(done) if s.time <= begin and not s.text.endswith(" ends")), None)
