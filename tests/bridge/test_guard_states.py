@@ -43,6 +43,18 @@ def test_a_silent_controllers_robot_is_held_then_crouches_then_lets_go() -> None
     assert given is not None and {given[i] for i in range(N_JOINTS) if i not in LEGS} == {0.0}
 
 
+def test_no_joint_is_faster_than_the_settings_say_on_the_way_down() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles - 1)
+    last = robot.position
+    for _ in repeat_while(lambda: robot.guard.state != "rest"):
+        robot.cycle(None)
+        fastest = max(abs(a - b) for a, b in zip(robot.position, last, strict=True)) / BODY.cycle
+        assert fastest <= SETTINGS.crouch.speed * (1.0 + 1e-6)
+        last = robot.position
+
+
 def test_a_word_in_time_keeps_the_robot_up() -> None:
     robot = Robot(Guard(BODY))
     robot.command()
