@@ -28,7 +28,7 @@ T = TypeVar("T", bound=msgspec.Struct)
 MAX_TOML_SIZE: Final = 1 << 18
 """bytes of a TOML file; tomllib needs a second for so many of the slowest kind."""
 MAX_KEY_PARTS: Final = 32
-"""Of a dotted key: tomllib needs time by their square."""
+"""Most parts of a dotted key: tomllib needs time by their square."""
 _OPAQUE: Final = re.compile(
     r'"""(?:[^\\]|\\.)*?(?:"""|\Z)|' r"'''.*?(?:'''|\Z)|" r'"(?:[^"\\\n]|\\.)*"?|' r"'[^'\n]*'?|#[^\n]*",
     re.DOTALL,

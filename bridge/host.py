@@ -173,10 +173,10 @@ class RobotHost:
         """The commands by the time that one answers frame `seq`, or that the wait is over."""
         commands, deadline = self.link.commands(), time.monotonic() + wait
         while not commands or commands[-1].reply_to < seq:
-            left = deadline - time.monotonic()
-            if left <= 0.0:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0.0:
                 break
-            command = self.link.wait_command(left)
+            command = self.link.wait_command(remaining)
             commands += [command] if command is not None else []
         return commands
 

@@ -11,7 +11,7 @@ from typing import Final
 ROBOT_PRIORITY: Final = 50
 """SCHED_FIFO priority of a robot's cycle: over every ordinary process, under the kernel's own threads."""
 CONTROLLER_PRIORITY: Final = 40
-"""Of a controller: below the robot it serves."""
+"""Real-time priority of a controller: below the robot it serves."""
 
 _PR_SET_TIMERSLACK: Final = 29
 """Number of the prctl request (Linux)."""

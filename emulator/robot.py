@@ -309,12 +309,12 @@ class EmulatedRobot(Closing):
         Raises:
             ConfigurationError: no such pose.
         """
-        found = start_pose(pose) if isinstance(pose, str) else pose
-        if found is None:
+        start = start_pose(pose) if isinstance(pose, str) else pose
+        if start is None:
             return self.stand_up()
         x, y, _ = self.world.to_floor(self._torso.position)
-        place_lying(self.world, self.multibody, found, (x, y, self._torso.heading))
-        self._release(found)
+        place_lying(self.world, self.multibody, start, (x, y, self._torso.heading))
+        self._release(start)
         self._torso = self.multibody.state()
         self.sensors.inertial.start(self._torso)
         return self.world.clear_robots()

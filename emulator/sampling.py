@@ -150,12 +150,12 @@ def _by_slot(
     slots: Places, joints: Places, angle: Array, stiffness: Array, current: Array, temperature: Array
 ) -> Array:
     """Values of the mechanical joints, each (n,), in frame order, (4, 25), 0 for all others."""
-    found = np.zeros((4, N_JOINTS))
+    samples = np.zeros((4, N_JOINTS))
     for i in range(len(slots)):
         slot, joint = slots[i], joints[i]
-        found[0, slot], found[1, slot] = angle[joint], stiffness[joint]
-        found[2, slot], found[3, slot] = current[joint], temperature[joint]
-    return found
+        samples[0, slot], samples[1, slot] = angle[joint], stiffness[joint]
+        samples[2, slot], samples[3, slot] = current[joint], temperature[joint]
+    return samples
 
 
 FALLEN_HEIGHT: Final = 0.5

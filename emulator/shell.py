@@ -104,8 +104,10 @@ def _closed(grid: Array, ends: Array, colour: Colour, *, flipped: bool = False) 
         faces += [np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]
     top = (rings - 1) * around
     faces.append(np.column_stack([top + i, top + j, np.full(around, rings * around + 1)]))
-    found = np.vstack(faces)
-    return ColouredMesh(np.vstack([grid.reshape(-1, 3), ends]), found[:, ::-1] if flipped else found, colour)
+    triangles = np.vstack(faces)
+    return ColouredMesh(
+        np.vstack([grid.reshape(-1, 3), ends]), triangles[:, ::-1] if flipped else triangles, colour
+    )
 
 
 def _knob(
@@ -188,17 +190,17 @@ def lamps(body: Body) -> dict[str, tuple[str, tuple[float, float, float], float]
     """Places of groups of LEDs: beginning of their names -> link, place there (m), radius (m)."""
     r, height = body.shapes.head_radius, body.shapes.head_height
     front = 1.22 * 0.5 * body.shapes.torso_depth + 0.004
-    found: dict[str, tuple[str, tuple[float, float, float], float]] = {
+    places: dict[str, tuple[str, tuple[float, float, float], float]] = {
         "ChestBoard/Led/": ("Torso", (front + 0.008, 0.0, 0.05), 0.011),
         "Head/Led/": ("HeadPitch", (0.0, 0.0, height + 0.93 * r), 0.2 * r),
     }
     for side, name, s in (("L", "Left", 1.0), ("R", "Right", -1.0)):
-        found |= {
+        places |= {
             f"Face/Led/{name}": ("HeadPitch", (0.96 * r, s * 0.42 * r, height + 0.006), 0.17 * r),
             f"Ears/Led/{name}": ("HeadPitch", (-0.004, s * 1.12 * r, height + 0.004), 0.28 * r),
             f"{side}Foot/Led/": (f"{side}AnkleRoll", (0.075, 0.0, -0.015), 0.01),
         }
-    return found
+    return places
 
 
 def _hand(side: float, start: float) -> list[ColouredMesh]:
@@ -347,10 +349,10 @@ def _ray_lengths(outline: Array, angle: Array) -> Array:
     p, q = a[sector], b[sector]
     way = np.column_stack([np.cos(angle), np.sin(angle)])
     edge = q - p
-    found: Array = (p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]) / (
+    distance: Array = (p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]) / (
         way[:, 0] * edge[:, 1] - way[:, 1] * edge[:, 0]
     )
-    return found
+    return distance
 
 
 def shell(body: Body) -> dict[str, list[ColouredMesh]]:

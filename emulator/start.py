@@ -131,7 +131,7 @@ _ARMS_DOWN: Final = {
     "RShoulderRoll": -0.2,
 }
 _ARMS_AHEAD: Final = {"RShoulderPitch": 0.6, "LShoulderRoll": 0.2, "RShoulderRoll": -0.2}
-"""Of a robot on its side: with the arms down it would roll onto its front."""
+"""Arm joints of a robot on its side: with the arms down it would roll onto its front."""
 _H: Final = 0.7071067811865476
 HOOK_CLEARANCE: Final = 0.10
 """Height of the lowest point of a hanging robot over the floor, m."""
@@ -145,13 +145,13 @@ class StartPose(NamedTuple):
     angles: tuple[float, ...]
     """25 in frame order, rad."""
     orientation: Quaternion | None
-    """Of the torso, whose heading is along x where it has one; None: the left sole is level."""
+    """Orientation of the torso, whose heading is along x where it has one; None: the left sole is level."""
     rest: float
     """Stiffness of all joints once it has settled."""
     settle: float = 2.0
     """Time in which it settles, s."""
     height: float = 0.0
-    """Of its lowest point over the ground at first, m."""
+    """Height of its lowest point over the ground at first, m."""
     held: bool = False
     """The torso hangs on a hook."""
 

@@ -91,9 +91,9 @@ def _by_joint(name: str, values: JointValues) -> tuple[float, ...]:
     except (TypeError, ValueError, OverflowError):
         raise ConfigurationError(f"{name} is not made of numbers; give {N_JOINTS}, or one for all.") from None
     if array.shape not in ((), (N_JOINTS,)):
-        found = f"{array.size} values" if array.ndim == 1 else f"the shape {array.shape}"
+        given = f"{array.size} values" if array.ndim == 1 else f"the shape {array.shape}"
         raise ConfigurationError(
-            f"{name} has {found}; give {N_JOINTS} in the order of nao_hil.JOINTS, or one for all."
+            f"{name} has {given}; give {N_JOINTS} in the order of nao_hil.JOINTS, or one for all."
         )
     return tuple(np.broadcast_to(array, N_JOINTS).tolist())
 

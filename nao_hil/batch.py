@@ -183,7 +183,7 @@ class Batch:
             self._unreachable.warn(command.position)
 
     def _indices(self, which: ArrayLike | None) -> list[int]:
-        """Of the robots that are meant, each once, in their order."""
+        """Indices of the robots that are meant, each once, in their order."""
         if not self._open:
             raise ConfigurationError("This batch is closed; make a new one.")
         n = len(self)
@@ -273,10 +273,10 @@ class _Pool:
     def map(self, work: Callable[[int], Any]) -> list[Any]:
         """`work` of 0 to N - 1."""
         results: list[Any] = [None] * self._tasks
-        left = iter(range(self._tasks))
+        remaining = iter(range(self._tasks))
 
         def run() -> None:
-            for i in left:
+            for i in remaining:
                 results[i] = work(i)
 
         others = [self._executor.submit(run) for _ in range(self.threads - 1)]

@@ -30,7 +30,7 @@ from nao_hil.runs.in_process import walk_in_process
 from nao_hil.runs.summary import Summary
 
 MAX_PIXELS: Final = 4096
-"""Of a picture's width and height."""
+"""Most pixels of a picture's width and height."""
 
 
 class Robot:

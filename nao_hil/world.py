@@ -32,7 +32,7 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
     """Ground truth of a world."""
 
     time: float
-    """s"""
+    """Time of the world, s."""
     robots: dict[str, TruthFrame]
     """By name."""
     objects: dict[str, WorldObject]
@@ -124,7 +124,7 @@ class World(Closing):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the robots, in the order in which they were added."""
+        """Names of the robots, in the order in which they were added."""
         return tuple(self._robots)
 
     @property

@@ -74,7 +74,7 @@ class Controller:
         self._resumes = False
         """The robot fell out of a walk: its order is resumed once it stands."""
         self._player: MotionPlayer | GetUp | None = None
-        """Of an ordered motion that has not begun."""
+        """Player of an ordered motion that has not begun."""
         self._began = self.plan
         self.upper_body = UpperBodyOrders()
         self.interruptions = 0
@@ -136,7 +136,7 @@ class Controller:
 
     @property
     def plan(self) -> Plan:
-        """Of the last tick."""
+        """Plan of the last tick."""
         return self._planner.plan
 
     @property

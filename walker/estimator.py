@@ -37,7 +37,7 @@ class BaseState(NamedTuple):
     lean_ahead: Vec2 = (0.0, 0.0)
     """`lean` less its slow mean, one latency later."""
     angular_velocity: Vec3 = (0.0, 0.0, 0.0)
-    """Of the torso, in the Torso frame."""
+    """Angular velocity of the torso, in the Torso frame."""
 
 
 class Estimator:
@@ -52,7 +52,7 @@ class Estimator:
         self._base = base
         self._odometry = Odometry(base, gyroscope=GyroscopeHeading.of(base.body))
         self.state = BaseState(base.place(base.in_torso([0.0] * N_JOINTS), np.eye(4)))
-        """Of the last frame."""
+        """State at the last frame."""
         self.restart(parameters)
 
     def restart(self, parameters: ControllerParameters) -> None:

@@ -147,7 +147,7 @@ class LinearPendulum:
     """One horizontal direction at a time; both obey the same equation x'' = nu^2 (x - x_zmp)."""
 
     height: float
-    """Of the centre of mass above the ground, m."""
+    """Height of the centre of mass above the ground, m."""
 
     @property
     def nu(self) -> float:

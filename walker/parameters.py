@@ -93,7 +93,7 @@ _TABLE: Final = (
 BOUNDS: Final = {name: (bound, unit) for bound, unit, names in _TABLE for name in names.split()}
 """Largest absolute value, and its unit, of each parameter by its path."""
 COEFFICIENTS: Final = ("numerator", "denominator", "notch_numerator", "notch_denominator")
-"""Of transfer functions, which a design computes: no number of them means anything alone."""
+"""Coefficients of transfer functions, which a design computes: none of them means anything alone."""
 
 
 def numbers(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, float]]:

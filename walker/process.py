@@ -43,7 +43,7 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     """Result of a walk, as its walker knows it; the JSON of `nao-hil walk`."""
 
     body: str
-    """Of the robot that walked; empty: no robot."""
+    """Body of the robot that walked; empty: no robot."""
     state: str
     done: bool
     """The order is carried out to its end."""
@@ -62,9 +62,9 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     skipped: int
     """Sensor frames that arrived too fast to be answered, real time only."""
     tick_p50: float
-    """s"""
+    """Median duration of a tick, s."""
     tick_p99: float
-    """s"""
+    """Duration that 99 % of the ticks keep, s."""
 
 
 class WalkerProcess:
@@ -98,7 +98,7 @@ class WalkerProcess:
         self._late = self._dry_run = self._walked = self._closes = False
         self._boot: int | None = None
         self._found_boot: int | None = None
-        """Of the robot that the log names."""
+        """Boot of the robot that the log names."""
         self._body_name = ""
         """Name of the robot's body."""
         self._taken = False

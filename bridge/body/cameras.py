@@ -23,7 +23,7 @@ class Camera(NamedTuple):
     place: Vec3
     """In the frame of its link, m."""
     pitch: float
-    """Of its axis below the link's x axis, rad."""
+    """Pitch of its axis below the link's x axis, rad."""
     field: Vec2
     """Horizontal and vertical field of view, rad."""
     largest: int

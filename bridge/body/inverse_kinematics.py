@@ -44,7 +44,7 @@ _H: Final = math.sqrt(0.5)
 _ROUNDING: Final = 1e-12
 """Excess distance that counts as rounding of a stretched leg, m."""
 _YAW_TOLERANCE: Final = 1e-9
-"""Of the angle between the feet, rad: a millionth of an encoder's step."""
+"""Tolerance of the angle between the feet, rad: a millionth of an encoder's step."""
 _MAX_ITERATIONS: Final = 60
 _SCAN_INTERVALS: Final = 32
 
@@ -66,7 +66,7 @@ class FootPose(NamedTuple):
     """Pose of a foot (frame 8, AnkleRoll): `solve_legs` takes it in the Torso frame."""
 
     place: Vec3
-    """m"""
+    """Place of the ankle, m."""
     axes: Matrix3
     """The foot's axes n, s and a as columns (2.21)."""
 
@@ -85,7 +85,7 @@ class _Target(NamedTuple):
     ankle: Vec3
     """Ankle from the hip's centre, Torso axes, m."""
     axes: Matrix3
-    """Of the foot."""
+    """Axes of the foot."""
     knee: float
     """KneePitch, rad."""
     bend_at_hip: float

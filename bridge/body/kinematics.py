@@ -188,7 +188,7 @@ class CentreOfMass:
     tree: BodyTree
     """Its forward kinematics."""
     mass: float
-    """Of the whole robot, kg."""
+    """Mass of the whole robot, kg."""
 
     def __init__(self, body: Body) -> None:
         self.tree = BodyTree(body)
@@ -221,11 +221,11 @@ class RobotPose:
     """A robot in the world, z up, m."""
 
     frames: Array
-    """Of all links, shape (links, 4, 4), in the order of `FloatingBase.links`."""
+    """Frames of all links, shape (links, 4, 4), in the order of `FloatingBase.links`."""
     feet: dict[Side, Transform]
     """AnkleRoll frames."""
     mass: CentreOfMass
-    """Of the body."""
+    """Centre of mass of the body."""
 
     @cached_property
     def com(self) -> Array:
@@ -312,7 +312,7 @@ class LinkTransform(NamedTuple):
     parent: str
     child: str
     translation: Vec3
-    """m"""
+    """Offset from the parent's frame, m."""
     rotation: Quaternion
     """x, y, z, w"""
 
@@ -339,13 +339,13 @@ class LinkTransforms:
         Args:
             position: the 25 joint positions of a frame, rad.
         """
-        found = []
+        matches = []
         for name, joint in self._tree.items():
             half = 0.5 * position[INDEX_WITH_MIRROR[name]]
             (x, y, z), sine = joint.axis, math.sin(half)
             turn = (x * sine, y * sine, z * sine, math.cos(half))
-            found.append(LinkTransform(joint.parent, name, joint.offset, turn))
-        return found
+            matches.append(LinkTransform(joint.parent, name, joint.offset, turn))
+        return matches
 
     def torso_over_feet(self, parent: str, position: Sequence[float], angle: Vec2) -> LinkTransform:
         """The torso in a frame on the ground below the middle of the soles that has its heading.

@@ -34,13 +34,13 @@ def limit_violations(body: Body, side: Side, angles: Sequence[float]) -> tuple[L
         side: The leg.
         angles: HipYawPitch, HipRoll, HipPitch, KneePitch, AnklePitch, AnkleRoll, rad.
     """
-    found = []
+    violations = []
     for joint, angle in zip(LEG_JOINTS[side], angles, strict=True):
         lower, upper = coupled_limits(body, joint, angles[_ANKLE_PITCH_INDEX])
         excess = max(angle - upper, 0.0) + min(angle - lower, 0.0)
         if excess != 0.0:
-            found.append(LimitViolation(joint, excess))
-    return tuple(found)
+            violations.append(LimitViolation(joint, excess))
+    return tuple(violations)
 
 
 class AnkleRange:
@@ -52,7 +52,7 @@ class AnkleRange:
     """
 
     lower: float
-    """Of AnklePitch, rad."""
+    """Lower end of the range of AnklePitch, rad."""
     upper: float
 
     def __init__(self, body: Body, side: Side) -> None:

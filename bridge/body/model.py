@@ -44,9 +44,9 @@ class Motor(_Sheet, frozen=True):
 
     no_load_speed_rpm: Positive
     stall_torque: Positive
-    """N m"""
+    """Torque at standstill, N m."""
     nominal_torque: Positive
-    """N m"""
+    """Torque for continuous operation, N m."""
     source: str
 
 
@@ -54,9 +54,9 @@ class JointSheet(_Sheet, frozen=True):
     """One joint: its range and its drive."""
 
     lower: Angle
-    """rad"""
+    """Lower end of the range, rad."""
     upper: Angle
-    """rad"""
+    """Upper end of the range, rad."""
     motor: str
     """Key of `Body.motors`."""
     gear_ratio: Positive
@@ -66,7 +66,7 @@ class Link(_Sheet, frozen=True):
     """The rigid body that a joint moves (or the torso)."""
 
     mass: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)]
-    """kg"""
+    """Mass of the link, kg."""
     com: Vec3
     """Centre of mass relative to the joint's origin, zero-pose aligned frame (x forward, y left, z up), m."""
     inertia: Tensor
@@ -107,11 +107,11 @@ class InertialUnit(_Sheet, frozen=True):
     gyroscope_axes: int
     """2 (X, Y) or 3."""
     accelerometer_range: Positive
-    """m/s^2"""
+    """Largest reading, m/s^2."""
     accelerometer_step: Positive
     """m/s^2 per count"""
     gyroscope_range: Positive
-    """rad/s"""
+    """Largest reading, rad/s."""
     gyroscope_step: Positive
     """rad/s per count"""
     gyroscope_bias: Positive = 0.01
@@ -147,7 +147,7 @@ class Shapes(_Sheet, frozen=True):
     head_radius: Positive
     upper_arm_radius: Positive
     forearm_radius: Positive
-    """Of forearm and hand."""
+    """Radius of forearm and hand."""
     hip_height: float
     """z of the buttock's middle, HipRoll frame."""
     hip_radius: Positive
@@ -182,7 +182,7 @@ class Body(_Sheet, frozen=True):
     encoder_steps: int
     """Counts per turn of the joint."""
     battery_energy: Positive
-    """Of a full battery, W h."""
+    """Energy of a full battery, W h."""
     sources: dict[str, str]
     """Source of each group of numbers, tagged `confirmed: ...` or `assumed: ...`."""
     repairs: tuple[str, ...]

@@ -68,7 +68,7 @@ class TimedCommand(NamedTuple):
     """A value and the time at which it is to be reached."""
 
     time: int
-    """ms"""
+    """DCM time, ms."""
     value: float
 
 

@@ -52,7 +52,7 @@ class ActuatorTable:
         self.n_joints = len(self.slots)
         self._frame = np.arange(2 * self.n_joints)
         self._wanted = np.array(self.slots + [N_JOINTS + slot for slot in self.slots])
-        """Of each row of a frame: its place among 25 positions and 25 stiffnesses."""
+        """Slot of each row of a frame: its place among 25 positions and 25 stiffnesses."""
         self._gain = np.array([actuator.gain for actuator in self.rows])
         self._offset = np.array([actuator.offset for actuator in self.rows])
         # Rounded inwards, so that no integer is beyond the range.

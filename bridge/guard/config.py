@@ -56,8 +56,8 @@ class CrouchSettings(_Settings, frozen=True, kw_only=True):
     release_time: NotNegative = 0.7
     """s; duration of the ramp of the stiffness to `rest_stiffness`."""
     rest_stiffness: Fraction = 0.1
-    """Of the legs at the end, unless they had less; all other joints get none. Without it the emulated robot
-    tips over backwards, because its thighs do not rest on its calves as a real robot's do."""
+    """Stiffness of the legs at the end, unless they had less; all other joints get none. Without it the
+    emulated robot tips over backwards, because its thighs do not rest on its calves as a real robot's do."""
 
     def __post_init__(self) -> None:
         """Raises ValueError for a posture that is not published."""
@@ -86,7 +86,7 @@ class FallSettings(_Settings, frozen=True, kw_only=True):
     stood_cycles: Cycles = 50
     """Cycles of such a stand."""
     stiffness: Fraction = 0.1
-    """Of all joints in a fall."""
+    """Stiffness of all joints in a fall."""
     rest_time: NotNegative = 1.5
     """s from the beginning of the fall in which no command is taken."""
 
@@ -97,7 +97,7 @@ class FallSettings(_Settings, frozen=True, kw_only=True):
 
 
 class TemperatureSettings(_Settings, frozen=True, kw_only=True):
-    """Of the hottest motor, degrees Celsius."""
+    """Bounds of the hottest motor, degrees Celsius."""
 
     warn: Celsius = 85.0
     limit: Celsius = 98.0
@@ -112,7 +112,7 @@ class TemperatureSettings(_Settings, frozen=True, kw_only=True):
 
 
 class SensorSettings(_Settings, frozen=True, kw_only=True):
-    """Of sensor values that cannot be read."""
+    """Bounds of the time of sensor values that cannot be read."""
 
     unreadable_cycles: Cycles = 25
     """For which the last value counts; then the robot crouches and releases its joints. Commands are taken

@@ -22,7 +22,7 @@ from bridge.motion import Motion, MotionPlayer
 _PEAK_RATIO: Final = 1.875
 """Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
 _MIN_DURATION: Final = 0.5
-"""s"""
+"""Shortest motion, s."""
 _LEGS: Final = frozenset(slot for slots in LEG_SLOTS.values() for slot in slots)
 _APPROACH_TIME_FACTOR: Final = 1.5
 """Longest approach over the duration of the motion to the first command, for a command that keeps moving."""

@@ -82,9 +82,9 @@ def load_certificates(folder: Path, role: str) -> Certificates:
         if not path.is_file():
             raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_HINT}.")
     certificates = Certificates(role, *paths)
-    found = _verified_role(certificates)
-    if found != role and not (role == "listener" and found in ROLES and found != "robot"):
-        raise ConfigurationError(f"{paths[1]} is for the role {found or 'of none'}; {role} is needed here.")
+    certified = _verified_role(certificates)
+    if certified != role and not (role == "listener" and certified in ROLES and certified != "robot"):
+        raise ConfigurationError(f"{paths[1]} is for the role {certified or 'of none'}; {role} is needed here.")
     return certificates
 
 

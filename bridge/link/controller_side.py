@@ -286,13 +286,13 @@ class ControllerLink(Closing):
 
     def notices(self) -> list[Notice]:
         """The robot's notices since the last call; never waits."""
-        found = []
+        notices = []
         for payload in self._notices.drain():
             try:
-                found.append(decode(payload, Notice))
+                notices.append(decode(payload, Notice))
             except FrameError:
                 continue  # from another program; the robot side sends only valid ones
-        return found
+        return notices
 
     def close(self) -> None:
         """Leave the network; the token disappears, and with it the lease."""

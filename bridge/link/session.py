@@ -369,8 +369,8 @@ def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> 
 
 def _robots(session: zenoh.Session) -> list[str]:
     """Ids of the robots of a link."""
-    found = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_ROBOTS_TIMEOUT)
-    return sorted({str(reply.ok.key_expr).split("/")[1] for reply in found if reply.ok is not None})
+    replies = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_ROBOTS_TIMEOUT)
+    return sorted({str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None})
 
 
 def other_robots(session: zenoh.Session, robot: str) -> str:

@@ -122,8 +122,8 @@ def _unreadable(payload: bytes, name: str, error: Exception) -> FrameError:
 
 def _require_version(version: Any, name: str) -> None:
     if version != SCHEMA_VERSION:
-        found = repr(version)[:40]  # of any type
-        raise FrameError(f"{name} refused: schema version {found}; this side speaks {SCHEMA_VERSION}.")
+        shown = repr(version)[:40]  # of any type
+        raise FrameError(f"{name} refused: schema version {shown}; this side speaks {SCHEMA_VERSION}.")
 
 
 def _place(path: str) -> str:

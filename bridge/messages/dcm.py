@@ -47,7 +47,7 @@ class DcmTime(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     offset: Annotated[int, msgspec.Meta(ge=-(2**31), le=2**31 - 1)] = 0
-    """ms"""
+    """Offset that is added to the time, ms."""
 
 
 class DcmRead(msgspec.Struct, frozen=True, kw_only=True):

@@ -90,7 +90,7 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
     torso: str
     admittance: bool
     velocity: Vec3
-    """Of the planned steps; zeros at rest."""
+    """Velocity of the planned steps; zeros at rest."""
     steps: Count
     """Steps of this walk, or of the last one."""
     distance: Finite

@@ -38,7 +38,7 @@ ThingKind = Literal["ball", "landmark", "face"]
 THING_SIZES: Final[dict[str, float]] = {"ball": 0.06, "landmark": 0.1, "face": 0.15}
 """Diameter of a thing unless another is given, m: the vendor's red ball; landmark and face are assumed."""
 THING_HEIGHT: Final = 0.45
-"""Of the middle of a landmark or a face over the floor unless another is given, m: a NAO's eyes."""
+"""Height of the middle of a landmark or a face over the floor unless another is given, m: a NAO's eyes."""
 StartName = Literal["stand", "sit", "crouch", "lie-back", "lie-front", "lie-side", "hang"]
 """Poses to begin in. `stand`: on its feet, stiff; `hang`: the torso on a hook, feet in the air."""
 
@@ -114,7 +114,7 @@ class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
     frame: Literal["floor", "robot"] = "floor"
     """`at` and `yaw` in the floor frame, or from the floor point under the torso in its heading."""
     height: Bounded | None = None
-    """Of its bottom over the floor, m; None: it lies on the ground or on an object."""
+    """Height of its bottom over the floor, m; None: it lies on the ground or on an object."""
     mass: Mass = 0.0
     """kg; 0: fixed to the floor."""
     friction: Friction | None = None
@@ -129,9 +129,9 @@ class PlaceThing(_Command, frozen=True, kw_only=True, tag="thing"):
     kind: ThingKind
     """`ball`: a red one. `landmark`: a disc with a mark. `face`: a disc with a face."""
     at: tuple[Bounded, Bounded]
-    """Of its middle, m."""
+    """Place of its middle, m."""
     height: Bounded | None = None
-    """Of its middle over the floor, m; None: a ball lies on the floor, the others are at `THING_HEIGHT`."""
+    """Height of its middle over the floor, m; None: 0 under a ball, `THING_HEIGHT` for the others."""
     yaw: Angle | None = None
     """Heading to which a landmark or a face shows its front; None: towards the robot."""
     frame: Literal["floor", "robot"] = "floor"
@@ -157,7 +157,7 @@ class PlateUnderFoot(_Command, frozen=True, kw_only=True, tag="plate-under-foot"
     """From the middle of the sole's projection, along its heading and to its left, m: a lifted foot lands ahead
     of its liftoff pose."""
     yaw: Angle = 0.0
-    """Of the plate's length against the foot's heading, rad."""
+    """Angle of the plate's length against the foot's heading, rad."""
     name: Name = "plate"
 
 
@@ -168,7 +168,7 @@ class SwingPendulum(_Command, frozen=True, kw_only=True, tag="pendulum"):
     """
 
     mass: Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
-    """Of the bob, kg."""
+    """Mass of the bob, kg."""
     length: Annotated[float, msgspec.Meta(gt=0.05, le=10.0)] = 1.0
     """From the pivot to the middle of the bob, m."""
     angle: Annotated[float, msgspec.Meta(gt=0.0, le=1.5)]
@@ -176,7 +176,7 @@ class SwingPendulum(_Command, frozen=True, kw_only=True, tag="pendulum"):
     direction: Angle = 0.0
     """In which the bob moves when it strikes, from the torso's heading to the left, rad."""
     height: Annotated[float, msgspec.Meta(gt=0.0, le=2.0)] | None = None
-    """Of the strike over the floor, m; None: the torso's centre of mass."""
+    """Height of the strike over the floor, m; None: the torso's centre of mass."""
 
 
 class TiltFloor(_Command, frozen=True, kw_only=True, tag="tilt"):

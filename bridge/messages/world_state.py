@@ -80,16 +80,16 @@ class Tile(msgspec.Struct, frozen=True):
     at: Vec2
     """Its middle, m."""
     edge: Finite
-    """m"""
+    """Edge of a tile, m."""
     height: Finite
-    """Of its top over the floor, m."""
+    """Height of its top over the floor, m."""
 
 
 class HeightGrid(msgspec.Struct, frozen=True):
     """Points of the ground with triangles between, floor frame."""
 
     centre: Vec2
-    """m"""
+    """Middle of the ground, m."""
     spacing: Finite
     """Between neighbours, m."""
     heights: tuple[tuple[Finite, ...], ...]
@@ -110,7 +110,7 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     text: str
     """The action, in one sentence."""
     seq: int
-    """Of the cycle boundary at the end of the action."""
+    """Number of the cycle boundary at the end of the action."""
     time: Finite
     """Robot time, s."""
     paused: bool

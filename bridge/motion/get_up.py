@@ -42,13 +42,13 @@ into each other release in the course of a motion."""
 
 def get_up_motions(body: Body) -> dict[Lying, Motion]:
     """The package's motions that get this body up, by the side on which it lies; {}: none."""
-    found: dict[Lying, Motion] = {}
+    motions: dict[Lying, Motion] = {}
     for motion in _shipped():
         if motion.gets_up and body.base in motion.bodies:
-            found |= dict.fromkeys(motion.begins, motion)
-    if "left" in found:
-        found.setdefault("right", mirrored(found["left"]))
-    return found
+            motions |= dict.fromkeys(motion.begins, motion)
+    if "left" in motions:
+        motions.setdefault("right", mirrored(motions["left"]))
+    return motions
 
 
 @cache
@@ -82,7 +82,7 @@ class GetUp:
         self.began: list[Lying] = []
         """Lying side at the beginning of each try."""
         self.stiffness = LIMP_STIFFNESS
-        """Of all joints now."""
+        """Targets of all joints now."""
         self.done = False
         """The robot stands, or the tries are used up."""
         self.failed = False

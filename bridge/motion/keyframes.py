@@ -28,7 +28,7 @@ _FOLDER: Final = Path(__file__).parent
 _MIDLINE_JOINTS: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
 _TABLE_COLUMNS: Final = ("duration_s", "stiffness")
-"""Of a table, in addition to the joints' columns."""
+"""Columns of a table, in addition to the joints' columns."""
 _RIGHT: Final = f"give a CSV file of key frames, of at most {MAX_TOML_SIZE} bytes"
 _APPROACH_SPEED: Final = 1.5708
 """rad/s; speed of the approach to the first frame, NaoTH's."""
@@ -46,7 +46,7 @@ class Frame(_Table, frozen=True, kw_only=True):
     joints: dict[str, float] = {}
     """rad, by name; those left out stay. `RHipYawPitch` is the motor of `LHipYawPitch`, whose angle counts."""
     stiffness: Fraction | None = None
-    """Of all joints; None: as before."""
+    """Stiffness of all joints; None: as before."""
 
 
 class Gate(_Table, frozen=True, kw_only=True):
@@ -90,7 +90,7 @@ class Motion(_Table, frozen=True, kw_only=True):
     gets_up: bool = False
     """A motion for getting up after a fall."""
     approach_speed: Positive = _APPROACH_SPEED
-    """Of the fastest joint on the way to the first frame, rad/s."""
+    """Largest speed of the fastest joint on the way to the first frame, rad/s."""
     ankle_gyroscope: float = 0.0
     """rad of both AnklePitch per rad/s of the low-passed gyroscope about y."""
     hip_gyroscope: float = 0.0
@@ -102,7 +102,7 @@ class KeyFrameTarget(NamedTuple):
     """One frame of a motion on a body."""
 
     duration: float
-    """s"""
+    """Time to reach this frame, s."""
     position: dict[int, float]
     """By frame slot, of the joints named so far, rad."""
     stiffness: float
@@ -270,6 +270,6 @@ def _mirror(joint: str) -> str:
 
 
 def _sign(joint: str) -> float:
-    """Of the angle in a mirror: yaw and roll turn round, pitch stays."""
+    """Sign of the angle in a mirror: yaw and roll turn round, pitch stays."""
     turns = joint.endswith(("Roll", "Yaw")) and joint not in _MIDLINE_JOINTS
     return -1.0 if turns else 1.0

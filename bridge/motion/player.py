@@ -56,7 +56,7 @@ class MotionPlayer:
         self.failed = False
         """The torso is outside a gate; the motion is over."""
         self.stiffness = self._targets[0].stiffness
-        """Of all joints now."""
+        """Targets of all joints now."""
         self.position: tuple[float, ...] = tuple(present or (0.0,) * N_JOINTS)
         """Angles of the last cycle, 25 in frame order, rad."""
 
@@ -93,7 +93,7 @@ class MotionPlayer:
         return tuple(target.position.get(i, angle) for i, angle in enumerate(self._present))
 
     def _duration(self) -> float:
-        """Of the way to the present frame, s; that to the first is long enough for the approach speed."""
+        """Duration of the way to the present frame, s; the approach speed bounds that to the first one."""
         assert self._from is not None
         target: KeyFrameTarget = self._targets[self._number]
         if self._number > 0:

@@ -162,7 +162,7 @@ def mcap_records(path: str | Path) -> Iterator[McapRecord]:
     """
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
-        left = _FREE_SIZE + _MAX_RATIO * size
+        budget = _FREE_SIZE + _MAX_RATIO * size
         while len(head := file.read(_RECORD.size)) == _RECORD.size:
             kind, length = _RECORD.unpack(head)
             if kind == Opcode.FOOTER:
@@ -177,7 +177,7 @@ def mcap_records(path: str | Path) -> Iterator[McapRecord]:
             data = file.read(length)
             if kind == Opcode.CHUNK:
                 data = _unpacked(path, data)
-                if (left := left - len(data)) < 0:
+                if (budget := budget - len(data)) < 0:
                     raise _damaged(path, f"it unpacks to more than {_MAX_RATIO} times of its length")
                 yield from _in_chunk(path, data)
                 continue

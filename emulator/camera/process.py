@@ -156,7 +156,7 @@ class CameraProcess:
         links = self._scene.links(truth)
         others = [*self._scene.limbs(links), *boxes_of(world)]
         head = [truth.joints[INDEX[name]] for name in ("HeadYaw", "HeadPitch")]
-        found = []
+        sightings = []
         for camera in (0, 1):
             view = self._scene.view(camera, links)
             for thing in world.things:
@@ -164,8 +164,8 @@ class CameraProcess:
                 before = [*others, *(thing_of(t) for t in world.things if t is not thing)]
                 if facing_away(thing, view.eye) or view.seen(place)[0] <= NEAR or hidden(place, view, before):
                     continue
-                found.append([camera, thing.kind, thing.name, view.seen(place).tolist(), thing.size, head])
-        return found
+                sightings.append([camera, thing.kind, thing.name, view.seen(place).tolist(), thing.size, head])
+        return sightings
 
 
 def main(robot: str, endpoint: str, descriptor: int) -> None:

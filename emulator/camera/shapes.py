@@ -115,7 +115,7 @@ class Convex:
     normals: Array
     """Outward, (k, 3), world frame."""
     offsets: Array
-    """Of each plane from the world's origin along its normal, (k,), m."""
+    """Distance of each plane from the world's origin along its normal, (k,), m."""
     colour: Colour
     radius: float = 0.0
 

@@ -16,7 +16,7 @@ class PhysicsSettings:
     step: float = 0.001
     """Time of one physics and servo step, s (assumed)."""
     gravity: float = 9.81
-    """m/s^2"""
+    """Gravitational acceleration, m/s^2."""
 
     def steps(self, body: Body) -> int:
         """Number of steps in a cycle of a body.

@@ -38,17 +38,17 @@ class Surroundings(NamedTuple):
     gravity: Vec3
     """World frame, m/s^2."""
     surface: Surface | None = None
-    """Of the floor, and of everything fixed on it, against soles; None: of soles on hard ground, friction 1."""
+    """Surface of the floor and everything fixed on it, against soles; None: hard ground with friction 1."""
     floor: Pose = ORIGIN
     """Floor frame in the world."""
     velocity: Vec3 = (0.0, 0.0, 0.0)
-    """Of the floor frame's origin, m/s; objects on the floor are carried along."""
+    """Velocity of the floor frame's origin, m/s; objects on the floor are carried along."""
     spin: Vec3 = (0.0, 0.0, 0.0)
-    """Of the floor, world frame, rad/s."""
+    """Angular velocity of the floor, world frame, rad/s."""
 
     @property
     def normal(self) -> Vec3:
-        """Of the floor, world frame."""
+        """Normal of the floor, world frame."""
         turn = matrix(self.floor.orientation)
         return turn[2], turn[5], turn[8]
 
@@ -70,9 +70,9 @@ class Ball:
     """A ball of even density. Rolling on the level floor it loses speed at a constant rate."""
 
     radius: float
-    """m"""
+    """Radius of the ball, m."""
     mass: float
-    """kg"""
+    """Mass of the ball, kg."""
     rolling: float
     """Deceleration of the rolling ball, m/s^2."""
     friction: float | None = None
@@ -95,9 +95,9 @@ class Pole:
     """A cylinder along z."""
 
     radius: float
-    """m"""
+    """Radius, m."""
     height: float
-    """m"""
+    """Height, m."""
     mass: float = 0.0
     """As of a `Box`."""
     friction: float | None = None
@@ -122,13 +122,13 @@ class Pendulum:
     """
 
     mass: float
-    """Of the ball, kg."""
+    """Mass of the ball, kg."""
     length: float
     """From the pivot to the middle of the ball, m."""
     radius: float
-    """Of the ball, m."""
+    """Radius of the ball, m."""
     angle: float
-    """Of the rod, rad; a positive one is on the side of -x."""
+    """Angle of the rod, rad; a positive one is on the side of -x."""
 
 
 Solid = Box | Ball | Pole
@@ -141,13 +141,13 @@ class BodyState(NamedTuple):
     """A frame that moves, in the world."""
 
     position: Vec3
-    """m"""
+    """Position of the frame's origin, m."""
     orientation: Quaternion
     """x, y, z, w."""
     rotation: Rotation
     """Frame to world."""
     velocity: Vec3
-    """Of the frame's origin, world frame, m/s."""
+    """Velocity of the frame's origin, world frame, m/s."""
     angular_velocity: Vec3
     """World frame, rad/s."""
 
@@ -198,11 +198,11 @@ class RayHit(NamedTuple):
     robot: Multibody | None
     """The one that is hit."""
     fraction: float
-    """Of the way from start to end; 1 without a hit."""
+    """Fraction of the way from start to end; 1 without a hit."""
     point: Vec3
     """World frame, m."""
     normal: Vec3
-    """Of the surface, world frame, outward."""
+    """Normal of the surface, world frame, outward."""
 
 
 class PinholeCamera(NamedTuple):

@@ -266,7 +266,7 @@ class Faults:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the faults in force."""
+        """Names of the faults in force."""
         return tuple(self._running)
 
     def begin_cycle(self, time: float) -> None:

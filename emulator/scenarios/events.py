@@ -52,7 +52,7 @@ class PlateEvent(_Event, frozen=True, kw_only=True):
     shift: Vec2 = (0.0, 0.0)
     """Along the foot's heading and to its left."""
     yaw: Degrees = 0.0
-    """Of the plate's length against the foot's heading."""
+    """Angle of the plate's length against the foot's heading."""
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")] = "plate"
 
 
@@ -74,14 +74,14 @@ class PendulumEvent(_Event, frozen=True, kw_only=True):
     """A pendulum is released and strikes the robot."""
 
     mass: Positive
-    """Of the bob."""
+    """Mass of the bob."""
     length: Positive = 1.0
     angle: Annotated[float, msgspec.Meta(gt=0.0, le=85.0)]
     """From the vertical at the release, degrees."""
     direction: Degrees = 0.0
     """In which it strikes: 0 from behind, 90 from the right, 180 from the front."""
     height: Positive | None = None
-    """Of the strike over the floor; none: the torso's centre of mass."""
+    """Height of the strike over the floor; none: the torso's centre of mass."""
 
 
 class FaultEvent(_Event, frozen=True, kw_only=True):

@@ -28,7 +28,7 @@ START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
 """Names of the start poses; their meaning: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
-"""Of a heightfield."""
+"""Most points of a heightfield."""
 
 
 class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
@@ -69,12 +69,12 @@ class PlacedBox(ScenarioTable, frozen=True, kw_only=True):
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
     shape: SolidShape = "box"
     size: Size
-    """Of a ball three times its diameter."""
+    """Size of a ball three times its diameter."""
     at: Vec2
     """Middle of its bottom."""
     yaw: Degrees = 0.0
     height: float | None = None
-    """Of its bottom over the floor; none: it rests on the ground under it."""
+    """Height of its bottom over the floor; none: it rests on the ground under it."""
     mass: NotNegative = 0.0
     """0: fixed on the floor."""
     friction: Friction | None = None
@@ -85,12 +85,12 @@ class PlacedThing(ScenarioTable, frozen=True, kw_only=True):
     """A red ball, a landmark or a face, for the cameras."""
 
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
-    """Of a landmark its number; of a face the person's name."""
+    """Name: a landmark's number, a face's person."""
     kind: ThingKind
     at: Vec2
     """Its middle."""
     height: float | None = None
-    """Of its middle over the floor; none: a ball rests there, the others are at eye level."""
+    """Height of its middle over the floor; none: a ball rests there, the others are at eye level."""
     yaw: Degrees = 180.0
     """Heading to which a landmark or a face shows its front; 180: towards where the robot starts."""
     size: Positive | None = None
@@ -108,7 +108,7 @@ class Tiles(ScenarioTable, frozen=True, kw_only=True):
     area: Plane
     """Along x and y."""
     height: Positive
-    """Of the highest."""
+    """Height of the highest."""
     edge: Positive = 0.1
     centre: Vec2 = (0.0, 0.0)
     free: NotNegative = 0.25
@@ -133,7 +133,7 @@ class Heightfield(ScenarioTable, frozen=True, kw_only=True):
     file: str = ""
     """CSV of the same, in the scenario's folder."""
     area: Plane = (2.0, 1.0)
-    """Of a random one, along x and y."""
+    """Area of a random one, along x and y."""
     roughness: NotNegative = 0.0
     """Greatest height of a random one."""
     seed: Seed | None = None

@@ -100,14 +100,14 @@ def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:
         random = np.random.default_rng(tiles.seed)
     columns, rows = (max(1, round(length / tiles.edge)) for length in tiles.area)
     heights = random.uniform(0.0, tiles.height, (rows, columns))
-    found = []
+    placed = []
     for row in range(rows):
         for column in range(columns):
             x = tiles.centre[0] + (column - 0.5 * (columns - 1)) * tiles.edge
             y = tiles.centre[1] + (row - 0.5 * (rows - 1)) * tiles.edge
             if math.hypot(x, y) >= tiles.free:
-                found.append(Tile((x, y), tiles.edge, float(heights[row, column])))
-    return tuple(found)
+                placed.append(Tile((x, y), tiles.edge, float(heights[row, column])))
+    return tuple(placed)
 
 
 def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:

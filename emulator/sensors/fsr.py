@@ -43,7 +43,7 @@ class ForceCells:
         )
         """Reading per force, cell by cell."""
         self.offset: Array = p.offset * constants.standard_normal(CELLS)
-        """N"""
+        """Offset of each cell, N."""
         self._max_force = max_force if p.saturation else math.inf
         self._step, self._dead_band, self._noise = p.step, p.dead_band, p.noise
         self._drifts, self._noises = NormalRows(drift, CELLS), NormalRows(noise, CELLS)

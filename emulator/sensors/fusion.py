@@ -61,7 +61,7 @@ class FusedAngle:
         self.constants = (gravity, p.motion_time, p.rest_time, p.rest_rate)
         """The last arguments of `fuse`."""
         self.state = np.zeros(1, STATE)
-        """Of the unit."""
+        """State of the unit."""
         self.state["up"] = _unit(acceleration)
         self._step = step
 

@@ -59,7 +59,7 @@ class TriaxialSensor:
         """For `measured`; the step, the last, for `reported`."""
 
     def noise(self) -> Array:
-        """Of the next sample, for `measured`."""
+        """Noise of the next sample, for `measured`."""
         return _QUIET if self._rows is None else self._rows.next()
 
     def measure(self, true: Vec3) -> Vec3:

@@ -21,7 +21,7 @@ MAX_DISTANCE: Final = 2.55
 PERIOD: Final = 0.1
 """Time between two echoes, s (vendor, periodic mode; taken to be always on)."""
 PLACE: Final = (0.0507, 0.03785, 0.06035)
-"""Of the left sensor, Torso frame, m; the right one mirrors y (vendor's URDF of the V4, for all bodies)."""
+"""Place of the left sensor, Torso frame, m; the right one mirrors y (vendor's URDF of the V4)."""
 DOWN: Final = 0.04365
 OUTWARD: Final = 0.39265
 """Directions of the axis, rad (vendor's URDF of the V4)."""

@@ -45,7 +45,7 @@ class Heating(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     rise: NotNegative = 0.0
     """Final rise of a motor's temperature under its nominal torque, K; 0: heating off."""
     time_constant: Positive = 300.0
-    """s"""
+    """Time constant of heating and cooling, s."""
     room: float = 25.0
     """Surroundings, and all motors at the start, degrees Celsius."""
     warm: float = 85.0

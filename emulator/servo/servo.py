@@ -226,7 +226,7 @@ class Servo:
         self.stall = np.array([joint_stall_torque(body, name) for name in joints]) * fraction
         """Maximum torque at each joint, N m."""
         self.no_load_speed = np.array([joint_no_load_speed(body, name) for name in joints])
-        """rad/s"""
+        """Speed without load, rad/s."""
         self.heat = MotorHeat(
             parameters.heating, np.array([joint_nominal_torque(body, name) for name in joints]) * fraction
         )

@@ -72,7 +72,7 @@ class Unknown(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     high: float
     reason: str
     source: str
-    """Of the range."""
+    """Source of the range."""
     log: bool = False
     """The range is divided in ratios."""
     calibrated: bool = False
@@ -108,11 +108,11 @@ class RobotEnsemble(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     command: str
     engine: str
     seed: int
-    """Of the draws."""
+    """Seed of the draws."""
     tried: int
     """Number of simulated robots."""
     accepted: int
-    """Of these, with every figure within its bounds."""
+    """Number of these, with every figure within its bounds."""
     unknowns: tuple[str, ...]
     members: tuple[Member, ...]
 

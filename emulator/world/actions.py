@@ -12,7 +12,7 @@ from emulator.poses import Pose, quaternion
 from emulator.world.world import World
 
 BOB_RADIUS: Final = 0.05
-"""Of a pendulum's bob, m."""
+"""Radius of a pendulum's bob, m."""
 
 
 class Action(Protocol):

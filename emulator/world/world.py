@@ -100,7 +100,7 @@ class VisibleThing:
     size: float
     """Diameter, m."""
     position: Vec3
-    """Of its middle, floor frame, m."""
+    """Position of its middle, floor frame, m."""
     yaw: float
     """Heading of its front, floor frame, rad."""
 
@@ -163,7 +163,7 @@ class World:
         self.tilt: Vec2 = (0.0, 0.0)
         """Roll and pitch, rad."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
-        """Of the floor, world frame."""
+        """Normal of the floor, world frame."""
         self.pose = self._world_pose = ORIGIN
         """Floor frame in the world."""
         self.set_surface(surface)
@@ -354,8 +354,8 @@ class World:
 
     def _state(self, name: str) -> tuple[Solid, BodyState] | None:
         """Shape and state that `_put_back` takes; None when there is no such object."""
-        found = self.objects.get(name)
-        return None if found is None else (found.shape, found.thing.state())
+        thing = self.objects.get(name)
+        return None if thing is None else (thing.shape, thing.thing.state())
 
     def _put_back(self, name: str, shape: Solid, state: BodyState) -> None:
         """Restore an object that was replaced."""
@@ -389,10 +389,10 @@ class World:
 
     def remove_object(self, name: str) -> bool:
         """Take an object away; False when there is none."""
-        found = self.objects.pop(name, None)
-        if found is not None:
-            self.engine.remove(found.thing)
-        return found is not None
+        thing = self.objects.pop(name, None)
+        if thing is not None:
+            self.engine.remove(thing.thing)
+        return thing is not None
 
 
 def _footprint(size: Vec3, at: Vec2, yaw: float) -> list[Vec2]:

@@ -18,7 +18,7 @@ from nao_hil.runs.summary import RunStatistics
 
 
 class Contents(msgspec.Struct, frozen=True, kw_only=True):
-    """Of one recording; the JSON of `nao-hil info`."""
+    """Contents of one recording; the JSON of `nao-hil info`."""
 
     file: str
     complete: bool
@@ -26,7 +26,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     after: int
     """Bytes behind its end, which are not read: of a second file joined to it, for example."""
     config: Any
-    """Of the run; None when the recording has none."""
+    """Configuration of the run; None when the recording has none."""
     begin: float
     """Robot time of the first sensor frame, s."""
     end: float
@@ -40,13 +40,13 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     messages: dict[str, int]
     """On each topic."""
     notices: dict[str, int]
-    """Of each code."""
+    """Number of notices of each code."""
     steps: int
     """In all walks, by the walker's word."""
     fell: bool | None
     """By the ground truth; None without it. A robot that began lying, or went down by order, has not fallen."""
     distance: float | None
-    """Of the torso over ground, to the fall if it fell, m; None without ground truth."""
+    """Distance of the torso over ground, to the fall if it fell, m; None without ground truth."""
     torso_max: float
     """Largest tilt of the torso, rad: by the ground truth, or the robot's fused angle."""
     frames_sha256: str

@@ -25,7 +25,7 @@ class CellComparison(msgspec.Struct, frozen=True, kw_only=True):
     speed: Estimate
     """Mean difference of the speeds of the seeds that walk on in both cells, m/s; Student's interval."""
     p_value: float
-    """Of McNemar's exact test, corrected by Holm's method for all comparisons of the campaign."""
+    """P value of McNemar's exact test, corrected by Holm's method for all comparisons of the campaign."""
 
 
 def comparisons(cells: Sequence[CampaignCell]) -> list[CellComparison]:
@@ -36,9 +36,9 @@ def comparisons(cells: Sequence[CampaignCell]) -> list[CellComparison]:
     Args:
         cells: All of a campaign, the axes' first values first.
     """
-    found = list(_compared(cells))
-    corrected = holm([each.p_value for each in found])
-    return [msgspec.structs.replace(e, p_value=p) for e, p in zip(found, corrected, strict=True)]
+    compared = list(_compared(cells))
+    corrected = holm([each.p_value for each in compared])
+    return [msgspec.structs.replace(e, p_value=p) for e, p in zip(compared, corrected, strict=True)]
 
 
 def _compared(cells: Sequence[CampaignCell]) -> Iterator[CellComparison]:

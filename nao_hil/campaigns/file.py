@@ -34,7 +34,7 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     seeds: Annotated[int, msgspec.Meta(ge=1)] = 20
     first_seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     duration: Annotated[float, msgspec.Meta(gt=0.0)] = 10.0
-    """Of a walk, s."""
+    """Duration of a walk, s."""
     keep_track: bool = False
 
     def with_defaults(self) -> CampaignFile:
@@ -52,7 +52,7 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         count = math.prod(len(values) for values in self.axes.values())
         if count > MAX_CELLS:
             raise ConfigurationError(f"axes: {count} combinations; at most {MAX_CELLS} are walked.")
-        found = []
+        cells = []
         for values in itertools.product(*self.axes.values()):
             point = dict(zip(self.axes, values, strict=True))
             task = Walk(
@@ -66,8 +66,8 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
                 task = changed_all(task, point)
             except ConfigurationError as error:
                 raise ConfigurationError(f"axes: {error}") from None
-            found.append((point, task))
-        return found
+            cells.append((point, task))
+        return cells
 
     def walks(self, cells: Iterable[tuple[dict[str, Any], Walk]]) -> Iterator[Walk]:
         """All walks, seed by seed, so that a stop leaves about as many of each combination."""

@@ -53,8 +53,8 @@ class Survey:
 
     def verdicts(self) -> dict[Cell, bool]:
         """The cells that are decided: whether more walk on than fall."""
-        found = {cell: self.test.verdict(self.survived[cell], self.tried[cell]) for cell in self.tried}
-        return {cell: verdict for cell, verdict in found.items() if verdict is not None}
+        verdicts = {cell: self.test.verdict(self.survived[cell], self.tried[cell]) for cell in self.tried}
+        return {cell: verdict for cell, verdict in verdicts.items() if verdict is not None}
 
     def shares(self) -> Array:
         """Share that walks on; a cell without walks has that of the nearest with some. Shape of the grid."""
@@ -119,13 +119,13 @@ def parse_axis(text: str) -> Axis:
         ConfigurationError: not of this form, or fewer than two cells.
     """
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-    found = re.fullmatch(rf"([\w.]+)=({number}):({number})(?::(\d+))?", text)
-    if found is None or float(found[2]) >= float(found[3]) or not 2 <= int(found[4] or CELLS) <= 1000:
+    matched = re.fullmatch(rf"([\w.]+)=({number}):({number})(?::(\d+))?", text)
+    if matched is None or float(matched[2]) >= float(matched[3]) or not 2 <= int(matched[4] or CELLS) <= 1000:
         raise ConfigurationError(
             f"{text}: must be NAME=LOW:HIGH or NAME=LOW:HIGH:CELLS with LOW < HIGH, such as push=0:8:20."
         )
-    values = np.linspace(float(found[2]), float(found[3]), int(found[4] or CELLS))
-    return Axis(found[1], tuple(round(float(value), 12) for value in values))
+    values = np.linspace(float(matched[2]), float(matched[3]), int(matched[4] or CELLS))
+    return Axis(matched[1], tuple(round(float(value), 12) for value in values))
 
 
 def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, most: int) -> Survey:
@@ -161,10 +161,10 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
         alive = [done.get(walk.name + str(walk.config.seed)) for walk in walks]
         return [each for each in alive if each is not None] if None not in alive else []
 
-    found = Survey((len(x.values), len(y.values)))
-    found.test = msgspec.structs.replace(found.test, most=most)
-    found.run(attempt)
-    return found
+    surveyed = Survey((len(x.values), len(y.values)))
+    surveyed.test = msgspec.structs.replace(surveyed.test, most=most)
+    surveyed.run(attempt)
+    return surveyed
 
 
 def summary(found: Survey, x: Axis, y: Axis) -> dict[str, Any]:

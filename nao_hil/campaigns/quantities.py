@@ -120,4 +120,4 @@ UNITS: Final = {
     "scenario.floor.roll": "deg",
     "scenario.floor.pitch": "deg",
 }
-"""Of quantities, for the axes of a map; others have none, or that of their table."""
+"""Units of quantities, for the axes of a map; others have none, or that of their table."""

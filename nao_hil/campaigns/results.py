@@ -10,7 +10,7 @@ from nao_hil.runs.store import Row
 
 _SQL: Final = {"str": "VARCHAR", "int": "BIGINT", "float": "DOUBLE", "bool": "BOOLEAN"}
 COLUMNS: Final = {name: _SQL.get(kind, "VARCHAR") for name, kind in Row.__annotations__.items()}
-"""Of the view `walks`, besides `folder`, the data set that has the row."""
+"""Columns of the view `walks`, besides `folder`, the data set that has the row."""
 
 
 _READS: Final = ("SELECT", "CREATE")

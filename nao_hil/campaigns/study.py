@@ -108,7 +108,7 @@ def improve(
     """
 
     def objective(trial: optuna.Trial) -> float:
-        """Of one trial, to be maximized."""
+        """Score of one trial, to be maximized."""
         point = {name: trial.suggest_float(name, r.low, r.high, log=r.log) for name, r in space.items()}
         best = max((t.value for t in study.trials if t.value is not None), default=0.0)
 
@@ -165,14 +165,14 @@ def count(study: optuna.Study) -> int:
 
 def table(point: Mapping[str, float]) -> dict[str, Any]:
     """Parameters by dotted name as the tables of a configuration file."""
-    found: dict[str, Any] = {}
+    nested: dict[str, Any] = {}
     for name, value in point.items():
         *tables, last = name.split(".")
-        at = found
+        at = nested
         for part in tables:
             at = at.setdefault(part, {})
         at[last] = value
-    return found
+    return nested
 
 
 def shipped(space: Mapping[str, Range], ensemble: Ensemble) -> dict[str, float] | None:

@@ -31,27 +31,27 @@ def read_space(texts: Sequence[str], file: Path | None) -> dict[str, Range]:
     Raises:
         ConfigurationError: not of these forms, or no parameter at all.
     """
-    found = dict(_flat(read_toml(file), str(file))) if file else {}
+    space = dict(_flat(read_toml(file), str(file))) if file else {}
     for text in texts:
         name, equals, values = text.partition("=")
         if not equals or not name:
             raise _wrong(text)
-        found[name] = _range(text, values.split(":"))
-    if not found:
+        space[name] = _range(text, values.split(":"))
+    if not space:
         raise ConfigurationError("tune: name at least one parameter, such as controller.damping.roll=0:0.15.")
-    return found
+    return space
 
 
 def _flat(table: dict[str, Any], where: str, prefix: str = "") -> list[tuple[str, Range]]:
-    found = []
+    ranges = []
     for key, value in table.items():
         if isinstance(value, dict) and value:
-            found += _flat(value, where, f"{prefix}{key}.")
+            ranges += _flat(value, where, f"{prefix}{key}.")
         elif isinstance(value, list):
-            found.append((prefix + key, _range(f"{where}: {prefix}{key}", value)))
+            ranges.append((prefix + key, _range(f"{where}: {prefix}{key}", value)))
         else:
             raise _wrong(f"{where}: {prefix}{key}")
-    return found
+    return ranges
 
 
 def _range(where: str, values: Sequence[Any]) -> Range:

@@ -178,7 +178,7 @@ def map_(
     directory.write_config(settings)
     with running_campaign("map", directory, cluster) as (campaign, progress):
         progress.begin("map", grows=True)
-        found = survey(campaign, task, *axes, first_seed, seeds)
+        surveyed = survey(campaign, task, *axes, first_seed, seeds)
     title = f"{settings.robot}, {settings.wear}, {settings.gait} gait, {duration:g} s{few_words(seeds)}"
     data = {
         "name": title,
@@ -186,11 +186,11 @@ def map_(
         "duration": duration,
         "first_seed": first_seed,
         "interrupted": campaign.interrupted,
-        **summary(found, *axes),
+        **summary(surveyed, *axes),
     }
     directory.write_summary(data)
-    if found.tried:
-        picture = draw(found, *axes, title, directory.path / "map.png")
+    if surveyed.tried:
+        picture = draw(surveyed, *axes, title, directory.path / "map.png")
         console.print(f"map: {picture}", highlight=False, soft_wrap=True)
     console.print(
         f"{data['walks']} walks, {100 * data['share']:.0f} % of the full grid's {data['full_grid']}.",

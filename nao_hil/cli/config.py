@@ -68,7 +68,7 @@ KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
 }
 """Kind of a file -> its structure, and its check."""
 _HINTED_KEYS: Final = 100
-"""Of a file without a known key, so many are compared with the known ones."""
+"""Most keys of a file without a known key, so many are compared with the known ones."""
 
 
 def _whole(settings: RunConfig) -> dict[str, Any]:
@@ -108,9 +108,9 @@ def check(
     """
     if kind is not None and kind not in KINDS:
         raise ConfigurationError(unknown_name("kind", kind, KINDS))
-    found = kind or kind_of(file)
-    KINDS[found][1](file)
-    return Answer({"file": str(file), "kind": found, "ok": True}, f"{file}: a good {found} file")
+    known_kind = kind or kind_of(file)
+    KINDS[known_kind][1](file)
+    return Answer({"file": str(file), "kind": known_kind, "ok": True}, f"{file}: a good {known_kind} file")
 
 
 def kind_of(file: Path) -> str:

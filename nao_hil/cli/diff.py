@@ -33,8 +33,8 @@ def diff(
         raise ConfigurationError(f"diff compares two runs, {len(runs)} given; name two.")
     from nao_hil.analysis.differences import differences  # imported late: the analysis takes time
 
-    found = differences(*runs)
-    return Answer(found, lambda: _print(found), code=1 if any(found.values()) else 0)
+    differing = differences(*runs)
+    return Answer(differing, lambda: _print(differing), code=1 if any(differing.values()) else 0)
 
 
 def _print(found: dict[str, Any]) -> None:

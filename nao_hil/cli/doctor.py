@@ -51,7 +51,7 @@ EXTRAS: Final = {
 """Optional packages by the extra of nao-hil that brings them."""
 
 NEWEST_PYTHON: Final = {"pybullet": (3, 11), "qi": qi_library.NEWEST_PYTHON}
-"""Of packages that are compiled for some Pythons on x86-64 alone."""
+"""Newest Python of packages that are compiled for some Pythons on x86-64 alone."""
 
 _STYLES: Final[dict[Verdict, str]] = {"good": "green", "warning": "yellow", "bad": "red"}
 
@@ -177,7 +177,7 @@ def port_finding(port: int, whose: str, advice: str) -> Finding:
 def package_finding(extra: str, name: str) -> Finding:
     """Whether an optional package is there."""
     try:
-        found = version(name)
+        installed = version(name)
     except PackageNotFoundError:
         newest = NEWEST_PYTHON.get(name, (sys.maxsize,))
         if sys.version_info[:2] > newest or (name in NEWEST_PYTHON and platform.machine() != "x86_64"):
@@ -195,7 +195,7 @@ def package_finding(extra: str, name: str) -> Finding:
             value="not installed",
             advice=f"Only the {extra} needs it; pip install 'nao-hil[{extra}]' brings it.",
         )
-    return Finding(name=name, verdict="good", value=found, advice=f"Used by the {extra}.")
+    return Finding(name=name, verdict="good", value=installed, advice=f"Used by the {extra}.")
 
 
 def in_child(work: Callable[[], T]) -> T | None:

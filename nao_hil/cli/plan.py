@@ -89,22 +89,22 @@ def plan(
             p = improve(p, body, trials, study, lambda text: status.update(text))
     began = time.perf_counter()
     with console.status("search") as status:
-        found = search(Cycle(p, body, ARMS), grid, lambda text: status.update(f"search: {text}"))
-    result = _result(p, body, found, time.perf_counter() - began)
+        searched = search(Cycle(p, body, ARMS), grid, lambda text: status.update(f"search: {text}"))
+    result = _result(p, body, searched, time.perf_counter() - began)
     directory = None
     if plot or out is not None:
         directory = RunDirectory(out)
         directory.clear(overwrite=overwrite)
-        directory.write_config(_as_planned(settings, p, found, changes))
+        directory.write_config(_as_planned(settings, p, searched, changes))
         directory.write_summary(result)
     if plot:
         assert directory is not None
         from nao_hil.design.huang.figures import draw
 
         with console.status("figures"):
-            result["figures"] = [file.name for file in draw(p, body, found.choice, directory.path)]
+            result["figures"] = [file.name for file in draw(p, body, searched.choice, directory.path)]
     _show(console, p, result, directory)
-    return Answer(result, code=0 if found.margin > 0.0 else 1)
+    return Answer(result, code=0 if searched.margin > 0.0 else 1)
 
 
 def _result(p: HuangParameters, body: Body, found: CyclePlan, seconds: float) -> dict[str, Any]:

@@ -87,7 +87,7 @@ def plot(
 
 
 def _differences(files: Sequence[Path]) -> tuple[dict[str, list[Any]], list[list[Event]]]:
-    """Of two recordings; none of other numbers of them."""
+    """Differences of two recordings; none of other numbers of them."""
     from nao_hil.analysis.differences import config_differences, event_differences
 
     if len(files) != 2:

@@ -244,7 +244,7 @@ def conclude(
 
 
 def _diagnosis(directory: RunDirectory, resets: int) -> str | None:
-    """Of the last fall, which may have been before a reset."""
+    """Diagnosis of the last fall, which may have been before a reset."""
     # imported late: most runs end well, and need no SciPy here
     from nao_hil.analysis.diagnosis import diagnose
     from nao_hil.runs.run import load

@@ -46,9 +46,9 @@ FAREWELL = 60.0
 _REPORTED = re.compile(rf"{SPOKEN_PREFIX}.*|{HOME_PREFIX}.*|WARNING .*")
 """Lines of the server's log that are printed."""
 BODY = "nao-v5"
-"""Of a robot that is started, by default."""
+"""Body of a robot that is started, by default."""
 OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
-"""Of this command, which it takes before the program only."""
+"""Options of this command, which it takes before the program only."""
 Url = Annotated[
     str, typer.Option("--url", help="Address of NAOqi; a server that answers there is used.", metavar="URL")
 ]

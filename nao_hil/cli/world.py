@@ -126,9 +126,9 @@ def show(
     """
     with WorldClient(name, connect) as world:
         reply = world.send(Status())
-    found = [("box", box.name, box.position) for box in reply.objects]
-    found += ((thing.kind, thing.name, thing.position) for thing in reply.things)
-    lines = (f"{kind} `{called}` at ({', '.join(f'{x:.3f}' for x in at)})" for kind, called, at in found)
+    things = [("box", box.name, box.position) for box in reply.objects]
+    things += ((thing.kind, thing.name, thing.position) for thing in reply.things)
+    lines = (f"{kind} `{called}` at ({', '.join(f'{x:.3f}' for x in at)})" for kind, called, at in things)
     return Answer({"objects": reply.objects, "things": reply.things}, "\n".join(lines))
 
 

@@ -136,7 +136,7 @@ class Driver:
         return replace(target, forward=x / step, sideways=y / SIDEWAYS_STEP, turn=turn / TURN_STEP)
 
     def velocity(self, target: DriveTarget) -> Vec3:
-        """m/s, m/s, rad/s."""
+        """Velocity that a target asks for, m/s, m/s, rad/s."""
         step = self.speeds.get(target.gait, 0.0) / SPEED_STEPS
         return target.forward * step, target.sideways * SIDEWAYS_STEP, target.turn * TURN_STEP
 

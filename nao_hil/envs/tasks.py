@@ -33,7 +33,7 @@ _TRUTH: Final = (
 
 
 class Judgement(NamedTuple):
-    """Of one step."""
+    """Reward and end of one step."""
 
     reward: float
     terminated: bool
@@ -137,7 +137,7 @@ def make_task(task: type[Task], robot: str, arguments: dict[str, Any]) -> Task:
 
 
 def _range(body: Body, joint: str) -> tuple[float, float]:
-    """Of a joint of the frame, rad; of a hand, and of a joint that the body does not have, 0 to 1."""
+    """Range of a joint of the frame, rad; of a hand, and of a joint that the body does not have, 0 to 1."""
     sheet = body.joints.get(joint)
     return (0.0, 1.0) if sheet is None else (sheet.lower, sheet.upper)
 

@@ -30,8 +30,8 @@ class Entry(NamedTuple):
         """The declaration."""
         module, _, name = self.declaration.rpartition(".")
         path = module if "." in module else f"nao_hil.experiments.{module}"
-        found: Experiment[Any] = getattr(importlib.import_module(path), name)
-        return found
+        experiment: Experiment[Any] = getattr(importlib.import_module(path), name)
+        return experiment
 
 
 EXPERIMENTS: Final[dict[str, Entry]] = {

@@ -40,7 +40,7 @@ class Task(NamedTuple):
 
     gait: str
     duration: float
-    """s"""
+    """Duration of a walk, s."""
     changes: Mapping[str, Any] = NO_CHANGE
     by_seed: Callable[[Walk], Mapping[str, Any]] = lambda _: NO_CHANGE
     fields: Mapping[str, Any] = NO_CHANGE
@@ -184,10 +184,10 @@ class Context:
         Raises:
             Interrupted: none is done.
         """
-        found: dict[str, list[WalkOutcome]] = {}
+        by_name: dict[str, list[WalkOutcome]] = {}
         for outcome in _complete(self.campaign.walk(walks), 1):
-            found.setdefault(outcome.walk.name, []).append(outcome)
-        return found
+            by_name.setdefault(outcome.walk.name, []).append(outcome)
+        return by_name
 
     def run(self, *conditions: Sequence[Walk]) -> list[list[WalkOutcome]]:
         """Walk several conditions in one go, seed by seed, so that a stop leaves about as many of each.

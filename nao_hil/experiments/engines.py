@@ -47,7 +47,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     pybullet: Estimate | Share
     mujoco: Estimate | Share
     ratio: Estimate | None = None
-    """Of MuJoCo's to PyBullet's, seed by seed; None: not compared so, or no seed has both."""
+    """Ratio of MuJoCo's to PyBullet's, seed by seed; None: not compared so, or no seed has both."""
     goal: str = ""
     """Required agreement; empty: none."""
     agree: bool | None = None
@@ -163,13 +163,13 @@ def torso_rows(context: Context) -> list[Row]:
     for engine in ENGINES:
         tasks = torso_step_tasks(context.seeds, body, context.wear, AMPLITUDE, engine)
         runs: list[Responses | None] = context.map("torso-step", run_task, tasks, whole=True)
-        found = {
+        figures = {
             task.seed: run.fused.mean(axis=0) for task, run in zip(tasks, runs, strict=True) if run is not None
         }
-        time = {seed: response_time(body, response) for seed, response in found.items()}
-        fits = {seed: fit_plant(time[seed], response)[0] for seed, response in found.items()}
+        time = {seed: response_time(body, response) for seed, response in figures.items()}
+        fits = {seed: fit_plant(time[seed], response)[0] for seed, response in figures.items()}
         frequency.append({seed: plant.natural_frequency_rad_s for seed, plant in fits.items()})
-        peak.append({seed: read_shape(time[seed], response).peak for seed, response in found.items()})
+        peak.append({seed: read_shape(time[seed], response).peak for seed, response in figures.items()})
     return [
         paired_row("torso step: natural frequency, rad/s", frequency[0], frequency[1], FREQUENCY),
         paired_row("torso step: peak over final value", peak[0], peak[1]),

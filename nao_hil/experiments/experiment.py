@@ -171,10 +171,12 @@ def comparison(
     """
 
     def measure(context: Context) -> Comparison:
+        """Walk all conditions."""
         walks = conditions(context)
         return Comparison(dict(zip(walks, context.run(*walks.values()), strict=True)))
 
     def figures(measured: Measured[Comparison]) -> dict[str, Any]:
+        """Figures of the conditions, of their pairs, and the experiment's own."""
         first, *others = measured.results.conditions.values()
         of_all = (
             {"with": first, "without": others[0], "paired": measured.results.pair}

@@ -45,7 +45,7 @@ LEAD: Final = 0.2
 """s before the torso leans by 45 degrees."""
 SHARE: Final = 0.9
 SPEED: Final = 2.0
-"""m/s"""
+"""Largest speed at the impact, m/s."""
 
 
 class Fall(msgspec.Struct, frozen=True, kw_only=True):
@@ -63,7 +63,7 @@ class Fall(msgspec.Struct, frozen=True, kw_only=True):
     lead: float
     """s from the walker's notice until the torso leaned by 45 degrees; of a robot that fell."""
     tilt: float
-    """Of the torso at the notice, degrees."""
+    """Tilt of the torso at the notice, degrees."""
     speed: dict[str, float]
     """Downward, of torso and head as they reached the ground, m/s; those that did."""
     walks_on: bool
@@ -75,7 +75,7 @@ class _PushTrial:
     """A push, and the observations since the one before."""
 
     at: float
-    """s"""
+    """Time of the fall, s."""
     direction: float
     """rad; 0: forward."""
     impulse: float
@@ -131,7 +131,7 @@ class PushedWalk(msgspec.Struct, frozen=True, kw_only=True):
     config: RunConfig
     """Body, wear, engine, gait and seed are read."""
     duration: float | None = None
-    """Of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`."""
+    """Duration of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`."""
 
 
 def pushes(duration: float) -> int:

@@ -36,15 +36,15 @@ WITHIN: Final = 15.0
 HOLD: Final = 1.0
 """s for which it then has to stand by itself."""
 SHARE: Final = {"worn": 0.80}
-"""Of the drops after which it is to stand, by wear."""
+"""Share of the drops after which it is to stand, by wear."""
 USUAL: Final = 0.95
 """The same for any other wear."""
 MEDIAN: Final = {"back": 8.0, "front": 6.0}
 """s in which half of those that stand are to do so."""
 OVERLAP: Final = 0.003
-"""m"""
+"""Deepest overlap of two limbs, m."""
 _ROUNDING: Final = 1e-9
-"""Of a current that the drive limits to the stall current."""
+"""Tolerance of a current that the drive limits to the stall current."""
 WARM: Final = Heating().warm
 """Degrees Celsius."""
 
@@ -61,7 +61,7 @@ class Drop(msgspec.Struct, frozen=True, kw_only=True):
     time: float
     """From lying to the end of the last motion, s."""
     temperature: float
-    """Of the hottest motor, degrees Celsius."""
+    """Temperature of the hottest motor, degrees Celsius."""
     current: float
     """Largest of any motor, as a share of its stall current."""
     overlap: float
@@ -75,7 +75,7 @@ class Course(NamedTuple):
     time: Array
     """(n,), s after it began to get up."""
     height: Array
-    """Of the torso over the ground, (n,), m."""
+    """Height of the torso over the ground, (n,), m."""
     tilt: Array
     """Angle between the torso's axis and the vertical, (n,), rad."""
 

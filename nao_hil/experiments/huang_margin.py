@@ -44,7 +44,7 @@ SCENARIO: Final = "step"
 PLANNED: Final = "1 cm step, planned"
 UNKNOWN: Final = "1 cm step, unknown"
 DURATION: Final = 60.0
-"""s"""
+"""Duration of a walk, s."""
 STEP_DURATION: Final = 15.0
 """s: over the step of the scenario and off it again."""
 BAD: Final = (0.25, 0.1)
@@ -161,18 +161,20 @@ def huang_margin(duration: float = DURATION, step_duration: float = STEP_DURATIO
     """The experiment, with the lengths of its walks, s."""
 
     def measure(context: Context) -> HuangWalks:
+        """Search the motion, and walk it and a badly chosen one."""
         cycle = Cycle(_parameters(context), context.body, ARMS)
-        found = search(cycle)
+        optimum = search(cycle)
         bound = 0.5 * _parameters(context).D_s
-        bad = found.choice._replace(x_sd=BAD[0] * bound, x_ed=BAD[1] * bound)
-        searched, badly_chosen, planned, unknown = conditions(context, found.choice, bad)
+        bad = optimum.choice._replace(x_sd=BAD[0] * bound, x_ed=BAD[1] * bound)
+        searched, badly_chosen, planned, unknown = conditions(context, optimum.choice, bad)
         walks = {
             **dict(zip(("searched", "badly chosen"), context.run(searched, badly_chosen), strict=True)),
             **dict(zip((PLANNED, UNKNOWN), context.run(planned, unknown), strict=True)),
         }
-        return HuangWalks((found.choice, bad), (found.margin, cycle.margin(bad)), Comparison(walks))
+        return HuangWalks((optimum.choice, bad), (optimum.margin, cycle.margin(bad)), Comparison(walks))
 
     def conditions(context: Context, searched: Choice, bad: Choice) -> list[list[Walk]]:
+        """Walks of both motions on the floor, and of the searched one over a known and an unknown step."""
         scenario = load_scenario(SCENARIO)
         ground = msgspec.to_builtins(known_ground(scenario, context.body))
         flat, over_step = Task("huang", duration), Task("huang", step_duration, fields={"scenario": scenario})

@@ -76,12 +76,12 @@ def each_out(shipped: Switches) -> dict[str, SwitchCondition]:
 
 def each_alone() -> dict[str, SwitchCondition]:
     """No mechanism, and each alone that does something by itself."""
-    found = {NONE: SwitchCondition(NAMED["none"])}
+    conditions = {NONE: SwitchCondition(NAMED["none"])}
     for name in Switches.__struct_fields__:
         for value in () if name in DEPENDENT else ("thesis", "robust") if name == "torso" else (True,):
             title = f"torso = {value} alone" if name == "torso" else f"{name} alone"
-            found[title] = SwitchCondition(_with(NAMED["none"], name, value), NONE)
-    return found
+            conditions[title] = SwitchCondition(_with(NAMED["none"], name, value), NONE)
+    return conditions
 
 
 def _off(name: str) -> Any:
@@ -299,8 +299,8 @@ def _feedback_quantities(measured: Measured[Results]) -> dict[str, Any]:
 
 def _feedback_table(measured: Measured[Results]) -> list[ReportTable]:
     """Walks of each condition that stood, and in brackets those that stood with it only and without it only."""
-    found = measured.figures
-    cells = {(each.task, each.condition): each for each in found["cells"]}
+    figures = measured.figures
+    cells = {(each.task, each.condition): each for each in figures["cells"]}
 
     def stood(name: str, task: str) -> str:
         each = cells[task, name]
@@ -309,9 +309,9 @@ def _feedback_table(measured: Measured[Results]) -> list[ReportTable]:
 
     columns: dict[str, Column] = {"condition": "{0}"}
     columns |= {task: functools.partial(stood, task=task) for task in dict.fromkeys(task for task, _ in cells)}
-    columns["straight: measured over commanded"] = lambda name: found["speed"][name].words(digits=2)
-    columns["change of heading, deg"] = lambda name: found["straight"][name].heading_deg.words(digits=1)
-    return [table("Walks that stood (with this condition only / as shipped only)", found["speed"], columns)]
+    columns["straight: measured over commanded"] = lambda name: figures["speed"][name].words(digits=2)
+    columns["change of heading, deg"] = lambda name: figures["straight"][name].heading_deg.words(digits=1)
+    return [table("Walks that stood (with this condition only / as shipped only)", figures["speed"], columns)]
 
 
 FEEDBACK: Final = Experiment(

@@ -44,17 +44,17 @@ SWITCHES: Final[dict[str, dict[str, Any]]] = {
 DURATION: Final = 45.0
 """s; the thesis' robot steps off its object at about 32 s."""
 TIME: Final = 17.0
-"""Of the board, s of the walk: in SSL, the right foot on its way down."""
+"""Time of the board, s of the walk: in SSL, the right foot on its way down."""
 PASSED: Final = 25.0
 """s of the walk by which the thesis' robot has fallen without admittance, and with it has stepped on."""
 LENGTH: Final = 0.28
-"""Of the board, m: two planned landings 12 cm apart of a sole of 15 cm, and 1 cm to spare."""
+"""Length of the board, m: two planned landings 12 cm apart of a sole of 15 cm, and 1 cm to spare."""
 FRONT: Final = (0.143, 0.160)
 """Front edge ahead of the sole's middle at `TIME`, m. In walks with the leg admittance on the bare floor the
 sole's middle at the second landing is 0.133 m ahead of it, and the heel at the third one 0.170 m: between them,
 1 cm off both, the foot is borne by the board at the second landing and clears it at the third."""
 HEIGHT: Final = 0.010
-"""m"""
+"""Height of the board, m."""
 SIDES: Final = (-0.070, 0.045)
 """Edges to the left of the sole's middle, m: the whole sole is between them, the other foot is not."""
 WITH_FORCE: Final = 5.0
@@ -119,6 +119,7 @@ def obstacle(duration: float = DURATION, time: float = TIME) -> Experiment[Compa
     titles = tuple(f"{name}, {ground}" for ground in ("board", "bare floor") for name in SWITCHES)
 
     def conditions(context: Context) -> dict[str, list[Walk]]:
+        """Walks with and without the leg admittance, on the board and on the bare floor."""
         laid = {"board": functools.partial(board, time=time)}
         return {
             title: context.walks(
@@ -132,6 +133,7 @@ def obstacle(duration: float = DURATION, time: float = TIME) -> Experiment[Compa
         }
 
     def quantities(measured: Measured[Comparison]) -> dict[str, Any]:
+        """Survival on the bare floor and at 25 s, steps down from the board, and landing forces."""
         walks, body = measured.results.walks, measured.body
         with_, without = walks[titles[0]], walks[titles[1]]
         force = functools.partial(landing_force, time=time)

@@ -55,8 +55,8 @@ def measure(task: GroupTask) -> dict[str, Any] | None:
         return {"knee_hold.knee_pitch": math.degrees(knee_hold(body, wear, task.engine, task.seed))}
     if task.group == "imu_noise":
         return noise_at_rest(body, wear, task.seed, task.engine)
-    found = standing(body, wear, task.seed, task.engine)
-    return {name: value for name, value in found.items() if name.startswith(task.group)}
+    figures = standing(body, wear, task.seed, task.engine)
+    return {name: value for name, value in figures.items() if name.startswith(task.group)}
 
 
 def group_rows(group: str, stood: list[dict[str, Any]]) -> dict[str, Any]:
@@ -101,12 +101,12 @@ def measure_groups(context: Context, groups: Iterable[str], *, torso: bool) -> R
     Raises:
         Interrupted: stopped.
     """
-    found = {}
+    figures = {}
     for group in groups:
         tasks = [GroupTask(group, context.wear, seed, context.engine) for seed in context.seeds]
         results = context.map(group, measure, tasks, whole=True)
-        found[group] = group_rows(group, [each for each in results if each is not None])
-    return RealFigures(found, _torso_step(context) if torso else {})
+        figures[group] = group_rows(group, [each for each in results if each is not None])
+    return RealFigures(figures, _torso_step(context) if torso else {})
 
 
 def _torso_step(context: Context) -> dict[str, Estimate]:

@@ -78,7 +78,7 @@ class Runner:
         return not self.missing and all(result["passed"] for result in self.results.values())
 
     def seeds(self, name: str) -> tuple[int, ...]:
-        """Of an experiment."""
+        """Seeds of an experiment."""
         return tuple(range(self._first, self._first + (self._seeds or EXPERIMENTS[name].seeds)))
 
     def run(self, name: str, out: Path) -> None:

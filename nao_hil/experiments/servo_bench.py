@@ -34,9 +34,9 @@ FAR: Final = 0.3
 CLAMP: Final = 1000.0
 """Largest torque of the clamp, N m."""
 STEP: Final = math.radians(10.0)
-"""Of the step response, rad; half of it for HipYawPitch, whose hips turn together."""
+"""Height of the step response, rad; half of it for HipYawPitch, whose hips turn together."""
 LOOP_AMPLITUDE: Final = math.radians(4.0)
-"""Of the loop of slow reversals, rad."""
+"""Amplitude of the loop of slow reversals, rad."""
 LOOP_SPEED: Final = math.radians(1.0)
 """rad/s: slow against delay and loop, so that the loop's width is backlash."""
 CRUISE: Final = (0.4, 0.8)
@@ -232,7 +232,7 @@ class Drive(msgspec.Struct, frozen=True, kw_only=True):
 
     joint: str
     no_load_speed: float
-    """rad/s"""
+    """Speed without load, rad/s."""
     request_to_motion: float
     """From the boundary that takes a request to the first frame whose encoder has moved by two counts, s."""
     lag: float
@@ -242,7 +242,7 @@ class Drive(msgspec.Struct, frozen=True, kw_only=True):
     stall_torque: float
     """Held by a clamp at full stiffness, N m."""
     stall_current: float
-    """A"""
+    """Current at standstill, A."""
 
 
 def measure_drives(body: Body, wear: WearProfile, engine: str) -> list[Drive]:

@@ -36,11 +36,11 @@ class Sit(msgspec.Struct, frozen=True, kw_only=True):
     stands: bool
     """On its feet for `HOLD` at the end, by the ground truth."""
     tries: int
-    """Of getting up."""
+    """Number of tries of getting up."""
     lean: float
     """Largest of the torso, by the fused angle, rad."""
     temperature: float
-    """Of the hottest motor, degrees Celsius."""
+    """Temperature of the hottest motor, degrees Celsius."""
 
 
 def sit(config: RunConfig) -> Sit:

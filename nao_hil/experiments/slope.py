@@ -25,7 +25,7 @@ from nao_hil.runs.walk import Walk, WalkOutcome
 STEP: Final = 0.5
 """Degrees"""
 GAIT: Final = "static"
-"""Of the thesis; another one with `--gait`."""
+"""Gait of the thesis; another one with `--gait`."""
 DIRECTIONS: Final[dict[str, tuple[float, float]]] = {
     "up": (0.0, -1.0),
     "down": (0.0, 1.0),
@@ -40,7 +40,7 @@ class SlopeSetup:
     """The experiment's numbers; slopes in degrees, because they are typed and read."""
 
     duration: float = 30.0
-    """s"""
+    """Duration of a trial, s."""
     goal: float = 5.0
     steepest: float = 10.0
     """Where the search ends."""

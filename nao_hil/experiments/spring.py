@@ -19,9 +19,9 @@ THESIS_POLE: Final = math.pi**2 / 300.0
 THESIS_STIFFNESS: Final = 0.5 * 300.0 / (2.0 * math.pi)
 """k_c / (2 pi k_a), N/m."""
 CYCLES: Final = 2000
-"""Of each force history."""
+"""Cycles of each force history."""
 CYCLE: Final = 0.01
-"""s"""
+"""Cycle of the spring's equation, s."""
 LARGEST: Final = 1e6
 """Forces are drawn up to this size, N, each size as likely as the next."""
 

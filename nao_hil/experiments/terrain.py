@@ -29,10 +29,10 @@ COMPARED_GAIT: Final = {"nao-v6": "huang"}
 STANDS: Final = wilson(45, 50)[0]
 """A share counts as "45 of 50 stand" when the lower bound of its interval is at least that one's."""
 DURATION: Final = 20.0
-"""s"""
+"""Duration of a walk, s."""
 WORN_DURATION: Final = 30.0
 SPEED: Final = 0.15
-"""m/s"""
+"""Velocity of a walk, m/s."""
 WORN_SPEED: Final = 0.12
 SLOPE: Final = 5.0
 """Degrees"""
@@ -47,7 +47,7 @@ ASIDE: Final = 0.08
 """Farthest place of a plate to either side, m."""
 FRICTION: Final = 0.3
 LOAD: Final = 0.5
-"""kg"""
+"""Mass of the load, kg."""
 LOAD_AT: Final[Vec3] = (-0.08, 0.0, 0.05)
 """In the Torso frame, m: behind the back, at the height of the torso's centre of mass."""
 TITLES: Final = {
@@ -144,8 +144,8 @@ def _measure(context: Context) -> TerrainWalks:
     names = [(ground, gait) for ground in TITLES for gait in gaits]
     conditions = [tasks[gait][ground].walks(context, f"terrain, {ground}, {gait}") for ground, gait in names]
     results = context.run(*conditions) if len(gaits) == 2 else context.run_until_certain(STANDS, *conditions)
-    found = dict(zip(names, results, strict=True))
-    walks = {ground: {gait: found[ground, gait] for gait in gaits} for ground in TITLES}
+    by_name = dict(zip(names, results, strict=True))
+    walks = {ground: {gait: by_name[ground, gait] for gait in gaits} for ground in TITLES}
     return TerrainWalks(walks, sum(map(len, conditions)))
 
 

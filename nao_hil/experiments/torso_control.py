@@ -47,10 +47,10 @@ def _draw(figure: Figure, measured: Measured[Comparison], until: float = DURATIO
 
 
 def _most_walk_only_with_it(measured: Measured[Comparison], control: str) -> list[Claim]:
-    found = measured.figures
+    figures = measured.figures
     return [
-        falls_claim(f"Without {control} most fall within {DURATION:g} s", found["without"], MAJORITY),
-        bounded(f"With it most walk for {DURATION:g} s", found["with"], MAJORITY),
+        falls_claim(f"Without {control} most fall within {DURATION:g} s", figures["without"], MAJORITY),
+        bounded(f"With it most walk for {DURATION:g} s", figures["with"], MAJORITY),
     ]
 
 

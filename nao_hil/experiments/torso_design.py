@@ -104,13 +104,13 @@ class Design(msgspec.Struct, frozen=True, kw_only=True):
     phase_margin_deg: float
     gain_margin: float
     crossover: float
-    """rad/s"""
+    """Crossover frequency, rad/s."""
     T_i: float
-    """s"""
+    """Integration time of the PI controller, s."""
     V_i: float
     """1/s"""
     overshoot: float
-    """Of the closed loop's step response, fraction of the final value."""
+    """Overshoot of the closed loop's step response, fraction of the final value."""
     settling_time_s: float
     numerator_z: tuple[float, ...]
     """Highest power first."""

@@ -30,7 +30,7 @@ TOLERANCE: Final = 1e-4
 STARTS: Final = ((5.0, 0.02), (7.0, 0.1), (9.0, 0.05))
 """Natural frequencies and zeros from which the fit is started; the best end counts."""
 PERIOD: Final = 8.0
-"""s"""
+"""Period of the square wave, s."""
 PERIODS: Final = 2
 SPREAD: Final = math.radians(0.1)
 """Standard deviation of the leg joints' operating points between seeds, rad."""

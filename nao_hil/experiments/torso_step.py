@@ -38,8 +38,8 @@ from nao_hil.experiments.torso_responses import (
 )
 
 AMPLITUDE: Final = 0.064
-"""Of the square wave about the operating point, rad: calibrated, since 0.7 rad is a misprint. The sole
-rocks."""
+"""Amplitude of the square wave about the operating point, rad: calibrated, since 0.7 rad is a misprint. The
+sole rocks."""
 
 
 BOUNDS: Final = {
@@ -120,7 +120,7 @@ class TorsoSteps(NamedTuple):
     standing: list[Responses]
     fallen: int
     amplitude: float
-    """rad"""
+    """Amplitude of the square wave, rad."""
     time: Array
     """After the step, s, shape (samples,)."""
 

@@ -32,7 +32,7 @@ class VelocityCell(Share, frozen=True, kw_only=True):
     """Walks at one velocity."""
 
     command: Vec3
-    """m/s, m/s, rad/s"""
+    """Commanded velocity, m/s, m/s, rad/s."""
     measured: Vec3
     """Medians over the walks, of the torso in its heading from 2 s on, until the end or the fall."""
     ratio: Estimate
@@ -142,7 +142,7 @@ FORWARD: Final = 0.32
 STANDS: Final = wilson(95, 100)[0]
 """A share counts as "95 of 100 stand" when the lower bound of its interval is at least that one's."""
 STANDS_CHANGES: Final = wilson(47, 50)[0]
-"""Of "47 of 50", likewise."""
+"""Lower bound of "47 of 50", likewise."""
 
 
 DURATION: Final = 20.0

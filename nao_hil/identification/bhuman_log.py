@@ -203,9 +203,9 @@ def _blocks(path: Path, stream: _Stream, *, compressed: bool) -> Iterator[memory
     """Messages in a row; the index behind them in the file is left."""
     if not compressed:
         size, rest = _HEADER.unpack(stream.bytes(_HEADER.size))
-        left = len(stream.data) - stream.place
+        remaining = len(stream.data) - stream.place
         size |= (rest >> 28) << 32
-        yield stream.bytes(left if rest & _OPEN == _OPEN else min(size, left))
+        yield stream.bytes(remaining if rest & _OPEN == _OPEN else min(size, remaining))
         return
     try:
         import pyarrow
@@ -235,7 +235,7 @@ def _frames(path: Path, ids: Sequence[str], blocks: Iterator[memoryview]) -> lis
     names = {number: name[2:] for number, name in enumerate(ids) if name[2:] in _READ}
     begins = {ids.index(name) for name in ("idFrameBegin", "idProcessBegin") if name in ids}
     ends = {ids.index(name) for name in ("idFrameFinished", "idProcessFinished") if name in ids}
-    found: list[tuple[bytes, dict[str, memoryview]]] = []
+    frames: list[tuple[bytes, dict[str, memoryview]]] = []
     frame: dict[str, memoryview] = {}
     thread, counts = b"", Counter[bytes]()
     for block in blocks:
@@ -251,12 +251,12 @@ def _frames(path: Path, ids: Sequence[str], blocks: Iterator[memoryview]) -> lis
             elif number in names:
                 frame[names[number]] = message
             elif number in ends and not frame.keys() <= {"FrameInfo", "JointRequest"}:
-                found.append((thread, frame))
+                frames.append((thread, frame))
                 counts[thread] += 1
-    if not found:
+    if not frames:
         raise _nothing(path, ids)
     most = counts.most_common(1)[0][0]
-    return [each for thread, each in found if thread == most]
+    return [each for thread, each in frames if thread == most]
 
 
 def _nothing(path: Path, ids: Sequence[str]) -> ConfigurationError:
@@ -333,27 +333,27 @@ def _commands(types: _Types, request: Rows) -> dict[str, Array]:
 def _joints(types: _Types, rows: Rows, part: str) -> Array:
     """A value per joint, (n, 25); NaN for those that are not there."""
     constants = types.constants("headYaw")
-    found = np.full((len(next(iter(rows.values()))), len(JOINTS)), np.nan)
+    angles = np.full((len(next(iter(rows.values()))), len(JOINTS)), np.nan)
     for key, values in rows.items():
         if key.startswith(f"{part}."):
             name = _label(key, constants)
             slot = INDEX.get(name[:1].upper() + name[1:])
             if slot is not None:
-                found[:, slot] = values
-    return found
+                angles[:, slot] = values
+    return angles
 
 
 def _forces(types: _Types, rows: Rows) -> Array:
     """Load of each cell in kg, (n, 8); named `left.fl`, or `pressures.left.fl` in newer logs."""
     feet, cells = ("left", "right"), types.constants("fl")
-    found = np.full((len(next(iter(rows.values()))), 8), np.nan)
+    forces = np.full((len(next(iter(rows.values()))), 8), np.nan)
     for key, values in rows.items():
         parts = key.strip(".").split(".")
         foot = feet[int(parts[-2])] if parts[-2:-1] and parts[-2].isdigit() else "".join(parts[-2:-1])
         cell = _CELLS.get(_label(key, cells))
         if cell and foot in feet:
-            found[:, ELEMENTS["fsr"].index(foot[0].upper() + cell)] = values
-    return found
+            forces[:, ELEMENTS["fsr"].index(foot[0].upper() + cell)] = values
+    return forces
 
 
 def _label(key: str, constants: Sequence[str]) -> str:

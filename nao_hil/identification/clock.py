@@ -94,7 +94,7 @@ def _correlation(moved: Array, asked: Array) -> tuple[Array, Array]:
 
 
 def _fraction(match: Array, best: int) -> float:
-    """Of a row, to the vertex of the parabola through the peak."""
+    """Offset of a row, to the vertex of the parabola through the peak."""
     if not 0 < best < len(match) - 1:
         return 0.0
     before, peak, after = match[best - 1 : best + 2]
@@ -105,12 +105,12 @@ def _drift(moved: Array, asked: Array, lag: int, cycle: float) -> float:
     """Lag of the second half less that of the first, s; 0 if a half does not move."""
     begin, end = max(lag, 0), min(lag + len(asked), len(moved))
     middle, near = (begin + end) // 2, round(_NEAR / cycle)
-    found = []
+    best_lags = []
     for first, last in ((begin, middle), (middle, end)):
         lags, match = _correlation(moved[first:last], asked[first - lag : last - lag])
         match = np.where(np.abs(lags) <= near, match, -1.0)
         best = int(np.argmax(match))
         if match[best] < _MATCH:
             return 0.0
-        found.append(lags[best] + _fraction(match, best))
-    return float(found[1] - found[0]) * cycle
+        best_lags.append(lags[best] + _fraction(match, best))
+    return float(best_lags[1] - best_lags[0]) * cycle

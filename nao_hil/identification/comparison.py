@@ -58,9 +58,9 @@ class SensorComparison(msgspec.Struct, frozen=True, kw_only=True):
     """About the mean."""
     replayed_rms: float
     floor_rms: float
-    """Of the second replay."""
+    """RMS error of the second replay."""
     frequency: tuple[float, ...]
-    """Of the spectra, Hz."""
+    """Frequencies of the spectra, Hz."""
     recorded_density: tuple[float, ...]
     """Units^2/Hz."""
     replayed_density: tuple[float, ...]
@@ -71,11 +71,11 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
 
     recording: str
     config: dict[str, Any]
-    """Of the replay, with the seed."""
+    """Configuration of the replay, with the seed."""
     notes: tuple[str, ...]
     """Conversions, assumptions, and signals that cannot be compared."""
     seconds: float
-    """Of the comparison."""
+    """Duration of the comparison."""
     first: str
     """The joint that differs most; empty: none is beyond the noise floor."""
     joints: tuple[JointComparison, ...]
@@ -154,7 +154,7 @@ def _following(number: int, signals: Signals) -> JointFollowing:
 
 
 def _sensors(recorded: Signals, replayed: Signals, again: Signals) -> Sequence[SensorComparison]:
-    found = []
+    compared = []
     rows = recorded.measured
     highest = 0.5 * rows.mean() / recorded.cycle
     for name in SENSORS:
@@ -165,7 +165,7 @@ def _sensors(recorded: Signals, replayed: Signals, again: Signals) -> Sequence[S
             spectra = [measures.spectrum(each, recorded.cycle) for each in values[:2]]
             rms = [float(np.std(each[rows])) for each in values]
             shown = spectra[0][0] <= highest * (1.0 + 1e-9)
-            found.append(
+            compared.append(
                 SensorComparison(
                     sensor=f"{name}.{label}",
                     recorded_mean=float(values[0][rows].mean()),
@@ -178,4 +178,4 @@ def _sensors(recorded: Signals, replayed: Signals, again: Signals) -> Sequence[S
                     replayed_density=tuple(spectra[1][1][shown].tolist()),
                 )
             )
-    return found
+    return compared

@@ -204,10 +204,10 @@ def _fused(result: Comparison) -> ReportTable:
 
 
 def _legs(result: Comparison) -> ReportTable:
-    found = result.leg_model
-    joints = () if found is None else ORDERS[found.order]
+    leg_model = result.leg_model
+    joints = () if leg_model is None else ORDERS[leg_model.order]
     rows = []
-    for each in () if found is None else found.horizons:
+    for each in () if leg_model is None else leg_model.horizons:
         pairs = (
             (each.overall("recorded"), each.overall("replayed")),
             *((each.recorded[joint], each.replayed[joint]) for joint in joints),

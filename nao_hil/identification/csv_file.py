@@ -140,7 +140,7 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
 
 def _mapped(given: ColumnMap, head: Sequence[str], mapping: Path | None) -> dict[str, Column]:
     """Columns by the project's name; raises ConfigurationError on a name of neither side."""
-    found: dict[str, Column] = {}
+    by_name: dict[str, Column] = {}
     for key, value in given.columns.items():
         each = Column(column=value) if isinstance(value, str) else value
         signal, _, label = key.partition(".")
@@ -156,8 +156,8 @@ def _mapped(given: ColumnMap, head: Sequence[str], mapping: Path | None) -> dict
             raise ConfigurationError(
                 f"{mapping}, {key}: the file has no column `{each.column}`{_hint(each.column, head)}."
             )
-        found |= present
-    return found
+        by_name |= present
+    return by_name
 
 
 def _hint(name: str, known: Iterable[str]) -> str:

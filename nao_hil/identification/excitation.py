@@ -45,7 +45,7 @@ through steps of twice that way."""
 _HOLD: Final = (0.25, 0.4, 0.6, 0.3, 0.5)
 """Times between steps, s, again and again."""
 _SPEED: Final = 0.25
-"""Of a triangle with more than one period, at most, rad/s."""
+"""Speed of a triangle with more than one period, at most, rad/s."""
 Progress = Callable[[float], None]
 
 
@@ -58,7 +58,7 @@ class _Part(NamedTuple):
     """Ends of the triangle, rad; of the left side."""
     upper: float
     pose: Mapping[str, float] = {}
-    """Of the limb meanwhile, rad, left side; the rest as in `_REST`."""
+    """Pose of the limb meanwhile, rad, left side; the rest as in `_REST`."""
 
 
 _REST: Final = {"ShoulderPitch": 1.5, "ShoulderRoll": 0.25, "ElbowRoll": -0.3, "HipRoll": 0.08}
@@ -207,7 +207,7 @@ class ExcitationResult(msgspec.Struct, frozen=True, kw_only=True):
     clipped: int | None
     """Commands that the guard had to change: none; None: not known of a robot on the link."""
     seed: int | None
-    """Of the emulated robot; None: a robot on the link."""
+    """Seed of the emulated robot; None: a robot on the link."""
 
 
 def check_start(start: str, duration: float) -> None:

@@ -59,15 +59,15 @@ def useful(body: Body, signals: Signals, joints: Sequence[str]) -> NDArray[np.bo
     limbs = [_limb(body, joint) for joint in joints]
     stiffness = signals.stiffness[:, columns]
     steady = np.abs(stiffness - np.median(stiffness, axis=0)) < _STEADY
-    found = moving & steady & np.isfinite(command) & np.isfinite(position) & signals.measured[:, None]
+    counted = moving & steady & np.isfinite(command) & np.isfinite(position) & signals.measured[:, None]
     if hangs(body, signals) is False:
-        found[:, [i for i, joint in enumerate(joints) if joint in LEGS]] = False
+        counted[:, [i for i, joint in enumerate(joints) if joint in LEGS]] = False
     for i, joint in enumerate(joints):
         others = [k for k in range(len(joints)) if k != i and limbs[i] & limbs[k]]
-        found[:, i] &= ~moving[:, others].any(axis=1)
+        counted[:, i] &= ~moving[:, others].any(axis=1)
         if not joint.endswith(QUICK):
-            found[:, i] &= ~fast[:, i]
-    return np.asarray(found)
+            counted[:, i] &= ~fast[:, i]
+    return np.asarray(counted)
 
 
 def stretches(samples: NDArray[np.bool_], longest: int) -> NDArray[np.int64]:
@@ -177,7 +177,7 @@ class Fit:
 
     servo: ServoParameters
     names: tuple[str, ...]
-    """Of the fitted parameters: `delay`, ..., `backlash.KneePitch`."""
+    """Names of the fitted parameters: `delay`, ..., `backlash.KneePitch`."""
     values: Array
     """(p,), SI and radians."""
     covariance: Array
@@ -247,9 +247,9 @@ def fit(
         beginning = _Problem(body, signals.part(slice(0, rows)), base, progress)
         if beginning.groups:
             start = problem.start_from(beginning, beginning.solve(beginning.start, _ROUGH))
-    found = problem.conclude(problem.solve(start, _FINE))
-    _require_drives(found, signals, 2.0 * np.pi / body.encoder_steps)
-    return found
+    fitted = problem.conclude(problem.solve(start, _FINE))
+    _require_drives(fitted, signals, 2.0 * np.pi / body.encoder_steps)
+    return fitted
 
 
 def _require_drives(found: Fit, signals: Signals, step: float) -> None:
@@ -339,7 +339,7 @@ class _Problem:
             tolerance: Relative change of the cost or of the unknowns that ends it.
         """
         lower, upper = self.bounds
-        found = least_squares(
+        solution = least_squares(
             self.residuals,
             np.clip(start, lower, upper),
             self.jacobian,
@@ -351,7 +351,7 @@ class _Problem:
             xtol=tolerance,
             max_nfev=25,
         )
-        return np.asarray(found.x)
+        return np.asarray(solution.x)
 
     def start_from(self, other: _Problem, x: Array) -> Array:
         """Where to begin when a part of the recording, `other`, has been solved by `x`."""
@@ -380,7 +380,7 @@ class _Problem:
         return np.asarray(angles.T[self._samples.T] / self._deviation)
 
     def residuals(self, x: Array) -> Array:
-        """Of the samples that count, joint after joint."""
+        """Residuals of the samples that count, joint after joint."""
         return self._scaled(self._angles(x) + x[len(self.names) :] - self._measured)
 
     def jacobian(self, x: Array) -> Array:

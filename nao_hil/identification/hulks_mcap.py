@@ -89,13 +89,13 @@ def read_hulks(path: Path) -> LoggedRun:
 def _messages(path: Path) -> list[tuple[str, float, bytes]]:
     """Topic, time (s) and content, by time."""
     topics: dict[int, str] = {}
-    found = []
+    messages = []
     for record in mcap_records(path):
         if isinstance(record, Channel) and record.message_encoding.lower() == ENCODING:
             topics[record.id] = record.topic
         elif isinstance(record, Message) and record.channel_id in topics:
-            found.append((topics[record.channel_id], 1e-9 * record.log_time, record.data))
-    return sorted(found, key=lambda message: message[1])
+            messages.append((topics[record.channel_id], 1e-9 * record.log_time, record.data))
+    return sorted(messages, key=lambda message: message[1])
 
 
 def _rising(messages: list[tuple[float, Any]]) -> tuple[Array, list[Any]]:
@@ -125,14 +125,14 @@ def _measured(sensors: list[Any]) -> tuple[dict[str, Array], tuple[str, ...]]:
 
 def _joints(value: dict[str, dict[str, float]]) -> list[float]:
     """A value per joint, in frame order: `left_arm`, `shoulder_pitch` is LShoulderPitch."""
-    found = [float("nan")] * len(JOINTS)
+    angles = [float("nan")] * len(JOINTS)
     for limb, joints in value.items():
         side = "Head" if limb == "head" else limb[0].upper()
         for joint, number in joints.items():
             slot = INDEX.get(side + "".join(part.capitalize() for part in joint.split("_")))
             if slot is not None:
-                found[slot] = number
-    return found
+                angles[slot] = number
+    return angles
 
 
 def _vector(value: Any) -> list[float]:

@@ -23,11 +23,11 @@ from bridge.types import Array
 from nao_hil.identification.readings import Signals
 
 FRAMES: Final = 3
-"""Of the input."""
+"""Frames of the input."""
 HORIZONS: Final = range(5)
 """Frames ahead of the newest measurement."""
 CYCLE: Final = 0.012
-"""Of the robots that the model has learnt, s."""
+"""Cycle of the robots that the model has learnt, s."""
 ORDERS: Final = {
     "by leg": (*LEG_JOINTS["L"][1:], *LEG_JOINTS["R"]),
     "first release": (
@@ -35,7 +35,7 @@ ORDERS: Final = {
         *("LKneePitch", "LAnkleRoll", "LAnklePitch", "LHipPitch", "LHipRoll", "LHipYawPitch"),
     ),
 }
-"""Of the joints, by release. The file does not tell; the one with the smaller error is right."""
+"""Orders of the joints, by release. The file does not tell; the one with the smaller error is right."""
 Model = Callable[[Array], Array]
 """(3, 22) to (11,), rad."""
 

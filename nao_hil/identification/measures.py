@@ -10,7 +10,7 @@ from scipy.signal import welch
 from bridge.types import Array
 
 LONGEST_DELAY: Final = 0.2
-"""s"""
+"""Longest delay that is looked for, s."""
 _MIN_MOTION: Final = 0.01
 """Standard deviation of a command from which on the joint counts as moved, rad."""
 _SLOW_SPEEDS: Final = (0.02, 0.5)

@@ -114,26 +114,26 @@ def _frames(data: memoryview) -> Iterator[Mapping[str, memoryview]]:
 
 
 def _signals(frame: Mapping[str, memoryview]) -> dict[str, Array]:
-    found: dict[str, Array] = {}
+    columns: dict[str, Array] = {}
     for representation, (name, path, width) in _MEASURED.items():
         if (message := frame.get(representation)) is not None:
             values = _numbers(message, path)
             if name == "position":
-                found[name] = _by_joint(values)
+                columns[name] = _by_joint(values)
             elif len(values) >= width:
-                found[name] = np.array(values[:width]) * _SIGNS.get(name, (1.0,))
+                columns[name] = np.array(values[:width]) * _SIGNS.get(name, (1.0,))
     if (message := frame.get("MotorJointData")) is not None:
-        found["command"], found["stiffness"] = (_by_joint(_numbers(message, (field,))) for field in (1, 2))
-    return found
+        columns["command"], columns["stiffness"] = (_by_joint(_numbers(message, (field,))) for field in (1, 2))
+    return columns
 
 
 def _by_joint(values: list[float]) -> Array:
     """(25,), NaN for joints that are not there."""
-    found = np.full(len(JOINTS), np.nan)
+    angles = np.full(len(JOINTS), np.nan)
     for name, value in zip(_JOINTS, values, strict=False):
         if name in INDEX:
-            found[INDEX[name]] = value
-    return found
+            angles[INDEX[name]] = value
+    return angles
 
 
 def _fields(data: memoryview) -> Iterator[tuple[int, int, memoryview]]:
@@ -175,16 +175,16 @@ def _integer(data: memoryview, field: int) -> int:
 
 def _numbers(data: memoryview, path: tuple[int, ...]) -> list[float]:
     """Numbers of a repeated field, packed or not, or the fields of an inner message, in their order."""
-    found: list[float] = []
+    numbers: list[float] = []
     for number, kind, content in _fields(data):
         if number != path[0]:
             continue
         if kind == 1:
-            found += struct.unpack("<d", content)
+            numbers += struct.unpack("<d", content)
         elif len(path) > 1:
-            found += _numbers(content, path[1:])
+            numbers += _numbers(content, path[1:])
         elif len(content) % 8 == 0:
-            found += np.frombuffer(content, "<f8").tolist()
+            numbers += np.frombuffer(content, "<f8").tolist()
         else:
-            found += [struct.unpack("<d", each)[0] for _, kind, each in _fields(content) if kind == 1]
-    return found
+            numbers += [struct.unpack("<d", each)[0] for _, kind, each in _fields(content) if kind == 1]
+    return numbers

@@ -199,9 +199,9 @@ def _held(time: Array, asked: Array, until: Array) -> Array:
     before = np.searchsorted(time, until) - 1
     rows = np.where(np.isfinite(asked), np.arange(len(asked))[:, None], -1)
     rows = np.maximum.accumulate(rows, axis=0)[np.maximum(before, 0)]
-    found = np.where(rows >= 0, np.take_along_axis(asked, np.maximum(rows, 0), axis=0), np.nan)
-    found[before < 0] = np.nan
-    return np.asarray(found)
+    resampled = np.where(rows >= 0, np.take_along_axis(asked, np.maximum(rows, 0), axis=0), np.nan)
+    resampled[before < 0] = np.nan
+    return np.asarray(resampled)
 
 
 def _interpolated(grid: Array, source: Array, column: Array) -> Array:

@@ -35,14 +35,14 @@ class JointGrid(msgspec.Struct, frozen=True, kw_only=True):
 
     on_grid: bool
     shift: float
-    """Of the grid from zero, by half a step at most, rad; meaningless off the grid."""
+    """Shift of the grid from zero, by half a step at most, rad; meaningless off the grid."""
 
 
 class EncoderGrid(msgspec.Struct, frozen=True, kw_only=True):
     """Angles of all joints that moved."""
 
     step: float
-    """rad"""
+    """Step of the encoder's grid, rad."""
     joints: dict[str, JointGrid]
 
     @property

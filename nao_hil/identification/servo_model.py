@@ -28,12 +28,12 @@ from emulator.servo.servo import Servo
 from nao_hil.identification.readings import Signals
 
 STEP: Final = PhysicsSettings().step
-"""Of drives and joints, s."""
+"""Time step of drives and joints, s."""
 
 
 @dataclass(frozen=True)
 class JointLoad:
-    """Of one joint over time, (n,) each; its angle is q, the measured one q_m."""
+    """Load of one joint over time, (n,) each; its angle is q, the measured one q_m."""
 
     cosine: Array
     """Torque of gravity is cosine cos(q - q_m) + sine sin(q - q_m), N m."""

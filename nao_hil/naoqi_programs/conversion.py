@@ -36,15 +36,15 @@ _RENAMED: Final = (
 
 def no_program(name: str, *errors: Any) -> ConfigurationError:
     """The error of a file: the message of the parser that read furthest, Python's or lib2to3's."""
-    found = []
+    reasons = []
     for error in errors:
         reason, line = getattr(error, "msg", str(error)), getattr(error, "lineno", None)
         if hasattr(error, "context"):  # its parser
             line = error.context[1][0]
         elif line is None and len(error.args) == 2:  # its tokenizer
             reason, (line, _) = error.args
-        found.append((line or 0, reason))
-    line, reason = max(found, key=lambda item: item[0])
+        reasons.append((line or 0, reason))
+    line, reason = max(reasons, key=lambda item: item[0])
     place = f", line {line}" if line else ""
     return ConfigurationError(f"{name}{place}: {reason}; this is no Python program.")
 
@@ -210,7 +210,7 @@ class _OldMeaning(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """Of methods, and of functions that are imported."""
+        """Calls of methods, and of functions that are imported."""
         self.generic_visit(node)
         function = node.func
         if isinstance(function, ast.Attribute) and function.attr in ("decode", "encode"):

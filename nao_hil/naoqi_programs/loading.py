@@ -21,7 +21,7 @@ def command(code: Path | str, program: Path, arguments: list[str]) -> list[str]:
 
 
 class ProgramLoader(SourceFileLoader):
-    """Of modules in the program's folder, which may be in Python 2 as well; bytecode is not kept.
+    """Loader of modules in the program's folder, which may be in Python 2 as well; bytecode is not kept.
 
     Args:
         old: whether a module that both Pythons read is in Python 2.

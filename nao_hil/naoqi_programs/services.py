@@ -24,10 +24,10 @@ class Service:
         self._service = service
 
     def __getattr__(self, name: str) -> Any:
-        found = getattr(self._service, name)
-        if name.startswith("__") or not callable(found) or hasattr(found, "connect"):
-            return found
-        return _method(found, pictures=name in _PICTURES)
+        attribute = getattr(self._service, name)
+        if name.startswith("__") or not callable(attribute) or hasattr(attribute, "connect"):
+            return attribute
+        return _method(attribute, pictures=name in _PICTURES)
 
 
 def _method(found: Callable[..., Any], *, pictures: bool) -> Callable[..., Any]:

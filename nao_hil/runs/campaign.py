@@ -142,9 +142,9 @@ class Campaign:
             waiting: dict[str, _Same] = {}
             for place, task in block:
                 waiting.setdefault(key(task), []).append((place, task))
-            found = self._dataset.find({k: same[0][1] for k, same in waiting.items()}) if self._dataset else {}
+            kept = self._dataset.find({k: same[0][1] for k, same in waiting.items()}) if self._dataset else {}
             for each, same in waiting.items():
-                if (before := found.get(each)) is not None:
+                if (before := kept.get(each)) is not None:
                     known.extend((place, replace(before, walk=task)) for place, task in same)
                     for _, task in same:
                         self._progress.done(task.name, f"{_note(before)}, walked before")
@@ -157,16 +157,16 @@ class Campaign:
         """Call a function of a module's top level with each argument, in the workers; as `walk`, not kept."""
         self._progress.expect(len(arguments))
         jobs = [Job(f"{name} ({i + 1} of {len(arguments)})", function, a) for i, a in enumerate(arguments)]
-        found: dict[int, Any] = {}
+        results: dict[int, Any] = {}
         failures = []
         for finished in self._executor.run(jobs):
             if finished.error is not None:
                 failures.append(finished.error)
             else:
-                found[finished.place] = finished.result
+                results[finished.place] = finished.result
             self._progress.done(name, "failed" if finished.error else "")
         _raise_first(failures)
-        return [found[place] for place in sorted(found)]
+        return [results[place] for place in sorted(results)]
 
     def watch(
         self,

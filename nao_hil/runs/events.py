@@ -23,7 +23,7 @@ class StridePush(msgspec.Struct, frozen=True, kw_only=True):
     """A push at the torso's centre of mass, at a phase of the stride."""
 
     time: float
-    """Of the walk from which on a stride is waited for, s."""
+    """Time of the walk from which on a stride is waited for, s."""
     phase: float | None
     """Part of the stride (two steps) since the left foot's single support began, 0 to 1; None: at once."""
     impulse: float
@@ -31,7 +31,7 @@ class StridePush(msgspec.Struct, frozen=True, kw_only=True):
     direction: float = 0.0
     """Direction of the push, in the torso's heading, rad: 0 forward, pi/2 to the left."""
     duration: float = 0.1
-    """s"""
+    """Duration of the push, s."""
 
     def command(self) -> Push:
         """To the world."""
@@ -43,7 +43,7 @@ class TorsoLoad(msgspec.Struct, frozen=True, kw_only=True):
     """A point mass fixed to the torso, which the walker does not know of."""
 
     mass: float
-    """kg"""
+    """Mass of the load, kg."""
     at: Vec3
     """In the Torso frame, m."""
 

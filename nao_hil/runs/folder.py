@@ -39,7 +39,7 @@ _LOADERS: Final[dict[str, Callable[[str], msgspec.Struct]]] = {
     "wear": load_wear,
     "scenario": load_scenario,
 }
-"""Of `FILES`."""
+"""Loaders of `FILES`."""
 PACKAGES: Final = ("nao-hil", "pybullet", "mujoco", "numba", "numpy", "scipy", "eclipse-zenoh", "msgspec")
 
 
@@ -182,13 +182,13 @@ def _fresh(parent: Path) -> Path:
 
 def versions() -> dict[str, str]:
     """Versions of Python, the platform, the packages a result depends on, and their kernels."""
-    found = {"python": sys.version.split()[0], "platform": platform.platform()} | kernels()
+    known = {"python": sys.version.split()[0], "platform": platform.platform()} | kernels()
     for package in PACKAGES:
         try:
-            found[package] = version(package)
+            known[package] = version(package)
         except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+            known[package] = "not installed"
+    return known
 
 
 def describe(body: Body) -> str:

@@ -19,7 +19,7 @@ from bridge.link import keys
 from bridge.link.session import open_client
 
 TIMEOUT: Final = 3.0
-"""s"""
+"""Patience with an answer, s."""
 
 
 def healthy(environment: Mapping[str, str]) -> bool:

@@ -115,8 +115,8 @@ class Monitor:
 
     def take_notices(self) -> list[Notice]:
         """The notices of the robot side since the last call, oldest first."""
-        found = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
-        return [notice for notice in found if notice is not None]
+        decoded = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
+        return [notice for notice in decoded if notice is not None]
 
     def close(self) -> None:
         """Leave the network."""

@@ -37,10 +37,10 @@ class MotionResult(msgspec.Struct, frozen=True, kw_only=True):
     stands: bool
     """Upright on its feet at the end, by the ground truth."""
     time: float
-    """Of the motion, s."""
+    """Duration of the motion, s."""
     tries: int
     temperature: float
-    """Of the hottest motor at any time, degrees Celsius."""
+    """Temperature of the hottest motor at any time, degrees Celsius."""
     current: float
     """Largest of any motor at any time, as a share of its stall current."""
     overlap: float

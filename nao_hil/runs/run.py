@@ -105,7 +105,7 @@ class Cycle(NamedTuple):
 
     sensors: SensorFrame
     truth: TruthFrame | None = None
-    """Of the same instant; None on a real robot."""
+    """Ground truth of the same instant; None on a real robot."""
     walk: WalkTelemetry | None = None
     """The newest word of the walker up to the next frame; None before its first."""
     notices: tuple[Notice, ...] = ()
@@ -298,8 +298,8 @@ def load(file: str | Path, robot: str | None = None) -> Run:
     read_recording(path)  # a file that is none is reported at once
 
     def config() -> dict[str, Any]:
-        found = recorded_config(path)
-        return found if isinstance(found, dict) else {}
+        recorded = recorded_config(path)
+        return recorded if isinstance(recorded, dict) else {}
 
     return Run(partial(read_recording, path), config, partial(recorded_body, path, robot))
 

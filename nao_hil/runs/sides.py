@@ -19,7 +19,7 @@ END_TIMEOUT: Final = 5.0
 MAX_RESTARTS: Final = 3
 """Restarts of the walker within `RESTART_WINDOW`; more have a cause that a restart keeps."""
 RESTART_WINDOW: Final = 60.0
-"""s"""
+"""Window in which restarts are counted, s."""
 _USAGE_EXIT_CODE: Final = 2
 """Exit code of a configuration that a restart does not mend."""
 

@@ -55,7 +55,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     key: str
     """Fingerprint of all that the walk depends on; there is one row of a key."""
     configuration_hash: str
-    """Of the configuration, the same for all seeds."""
+    """Hash of the configuration, the same for all seeds."""
     name: str
     """For people: experiment and condition that walked it first."""
     robot: str
@@ -75,7 +75,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     ending: Ending
     survived: bool
     time: float
-    """Of the fall, or of the end, in the time of the walk, s."""
+    """Time of the fall, or of the end, in the time of the walk, s."""
     steps: int
     distance: float
     speed: float

@@ -71,7 +71,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
 
 
 MISSED_SHARE: Final = 0.02
-"""Of the cycles; a run in real time that misses more has another robot's figures."""
+"""Share of the cycles; a run in real time that misses more has another robot's figures."""
 
 
 def starved(cycles: int, missed: int, skipped: int) -> str:

@@ -95,7 +95,7 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process id of the process."""
         return self._process.pid
 
     def kill(self) -> None:

@@ -78,7 +78,7 @@ class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
     ending: Ending
     """`gave up`: the walker detected a fall by mistake, and lies still."""
     time: float
-    """Of the fall, or of the end, in the time of the walk, s."""
+    """Time of the fall, or of the end, in the time of the walk, s."""
     roll: float
     """Torso roll and pitch at that moment, rad, positive to the right and nose down."""
     pitch: float
@@ -109,7 +109,7 @@ class WalkOutcome:
 
     @property
     def seed(self) -> int:
-        """Of the run."""
+        """Seed of the run."""
         return self.walk.config.seed
 
 
@@ -162,7 +162,7 @@ class _WalkObserver(Observer):
 
     @property
     def _time(self) -> float:
-        """Of the walk, s; negative before it."""
+        """Time of the walk, s; negative before it."""
         return self._truth.time - self.began if math.isfinite(self.began) else -1.0
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:

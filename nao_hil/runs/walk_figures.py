@@ -68,7 +68,7 @@ class HeadingMotion:
     def __init__(self) -> None:
         self._last: TruthFrame | None = None
         self._yaw = 0.0
-        """Of the last frame, rad."""
+        """Heading of the last frame, rad."""
         self._from = math.inf
         self._x = self._y = self._turn = self._time = 0.0
         self._marked: Vec3 | None = None

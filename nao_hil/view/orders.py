@@ -33,7 +33,7 @@ CONNECT_TIMEOUT: Final = 3.0
 RESTART: Final = "restart"
 """Key of the line on stdout by which the page asks the command that started it for another run."""
 MAX_ORDER_SIZE: Final = 65_536
-"""Of an order, bytes."""
+"""Largest size of an order, bytes."""
 
 
 class Driving:

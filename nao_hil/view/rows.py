@@ -64,7 +64,7 @@ LENGTH_STEP: Final = 1e-4
 TURN_STEP: Final = 1.0 / 16384.0
 """Likewise of a quaternion's components."""
 TIME_TOLERANCE: Final = 1e-6
-"""s"""
+"""Tolerance of a row's time, s."""
 
 
 class Point(NamedTuple):

@@ -31,7 +31,7 @@ TIMEOUT: Final = 600_000
 SETTLING: Final = 4_000
 """ms from a change of the page to its picture."""
 COLOURS: Final = 256
-"""Of a picture, so that its file is small."""
+"""Colours of a picture, so that its file is small."""
 FALL: Final = "[[pushes]]\ntime = 5.0\nimpulse = 6.0\ndirection = 90.0\n"
 """Push that fells the recorded robot."""
 WALK: Final = ("--robot", "nao-v6", "--engine", "mujoco", "--gait", "omni")

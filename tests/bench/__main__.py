@@ -10,26 +10,19 @@ from typing import Any
 from bridge.errors import NaoHilError
 from tests.bench import (
     batch,
-    campaign,
     cycles,
     first_step,
     huang_search,
     identification,
-    lateness,
     lola,
     lost_clients,
     naoqi,
     page,
     pictures,
-    round_trip,
     servos,
-    walk,
 )
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
-    "round-trip": round_trip.measure,
-    "lateness": lateness.measure,
-    "walk": walk.measure,
     "cycles": cycles.measure,
     "batch": batch.measure,
     "servos": servos.measure,
@@ -40,9 +33,6 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "lola": lola.measure,
     "lost-clients": lost_clients.measure,
     "naoqi": naoqi.measure,
-    "campaign": campaign.measure,
-    "campaign-faults": campaign.measure_faults,
-    "campaign-speed-up": campaign.measure_speed_up,
 }
 LONG: dict[str, Callable[[], dict[str, Any]]] = {
     "identification": identification.measure,

@@ -36,9 +36,9 @@ from bridge.messages import ActuatorFrame, Info
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
 from emulator.timing import CycleTimer
-from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.supervisor import Child, free_endpoint
-from tests.bench.round_trip import standing_frame, trip_time
+from tests.bare_loop import BareLoop
+from tests.frames import standing_frame
 
 _WARM_UP: Final = 100
 _TRIPS: Final = 500
@@ -314,3 +314,10 @@ def _timed(there: Callable[[], None], back: Callable[[], None]) -> dict[str, Any
 def _ms(times: list[float]) -> dict[str, float]:
     ordered = sorted(times)
     return {"p50": 1e3 * statistics.median(ordered), "p99": 1e3 * ordered[int(0.99 * (len(ordered) - 1))]}
+
+
+def trip_time(trip: Callable[[], None]) -> float:
+    """Duration of one round trip, s."""
+    began = time.perf_counter()
+    trip()
+    return time.perf_counter() - began

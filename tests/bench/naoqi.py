@@ -29,7 +29,7 @@ from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from nao_hil.runs.supervisor import Child, free_endpoint
-from tests.bench.round_trip import standing_frame
+from tests.frames import standing_frame
 
 _CYCLE: Final = 0.01
 _BLOCKS: Final = 4

@@ -42,19 +42,6 @@ class _File(msgspec.Struct):
     gains: dict[Literal["p", "d"], float] = {}
 
 
-class _Range(msgspec.Struct):
-    lower: float
-    upper: float
-
-    def __post_init__(self) -> None:
-        if self.lower > self.upper:
-            raise ValueError("lower must not be above upper")
-
-
-class _Holder(msgspec.Struct):
-    ranges: dict[str, _Range]
-
-
 def _error(text: str) -> str:
     with pytest.raises(ConfigurationError) as info:
         parse_toml(text, "my.toml", _File)
@@ -130,11 +117,6 @@ def test_says_where_and_what_would_be_right(text: str, place: str, right: str) -
     assert right in message
 
 
-def test_errors_of_a_struct_s_own_check_are_configuration_errors() -> None:
-    with pytest.raises(ConfigurationError, match=r"^f: ranges\.knee: lower must not be above upper$"):
-        parse_toml("ranges.knee = { lower = 2, upper = 1 }", "f", _Holder)
-
-
 def test_unreadable_files(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="No such file"):
         load_toml(tmp_path / "none.toml", _File)
@@ -146,12 +128,6 @@ def test_unreadable_files(tmp_path: Path) -> None:
         load_toml(latin, _File)
     with pytest.raises(ConfigurationError):
         load_toml("nul\0.toml", _File)
-
-
-def test_a_file_with_a_byte_order_mark_and_windows_line_ends(tmp_path: Path) -> None:
-    file = tmp_path / "windows.toml"
-    file.write_bytes(b"\xef\xbb\xbftitle = 'a'\r\nrow = [1]\r\n")
-    assert load_toml(file, _File).row == (1.0,)
 
 
 def test_unknown_name_suggests_only_what_is_near() -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 
 from bridge.body import BODIES, load_body
 from bridge.body.joints import INDEX, JOINTS
-from bridge.body.postures import POSTURES, load_postures
+from bridge.body.postures import POSTURES
 from bridge.body.quantities import (
     COUPLED_TO,
     absent_joints,
@@ -19,10 +18,8 @@ from bridge.body.quantities import (
     joint_nominal_torque,
     joint_stall_torque,
     limits,
-    total_mass,
 )
 from bridge.body.sole import foot_centre, sole_hull, sole_outline
-from bridge.errors import ConfigurationError
 from bridge.types import Side
 
 # Joint side of the vendor's 2010 motor page: deg/s and N m, without gear losses.
@@ -61,27 +58,10 @@ def test_leg_drives_of_the_v6() -> None:
     assert math.degrees(joint_no_load_speed(body, "LShoulderPitch")) == pytest.approx(455.2, abs=0.1)
 
 
-def test_wrist_drive_of_the_v32() -> None:
-    # 12300 rpm through 800:1 (vendor's page). The URDF's 5.03 rad/s belongs to no published gear.
-    assert joint_no_load_speed(load_body("nao-v3.2"), "LWristYaw") == pytest.approx(12300 * math.tau / 60 / 800)
-
-
-def test_total_mass_is_the_sum() -> None:
-    assert total_mass(load_body("nao-v3")) == pytest.approx(4.70299, abs=1e-9)
-
-
 def test_absent_joints() -> None:
     assert absent_joints(load_body("nao-v3")) == ("LWristYaw", "RWristYaw", "LHand", "RHand")
     for name in BODIES[1:]:
         assert absent_joints(load_body(name)) == ()
-
-
-def test_limits_of_hands_and_of_what_is_not_there() -> None:
-    assert limits(load_body("nao-v6"), "LHand") == (0.0, 1.0)
-    assert limits(load_body("nao-v6"), "RHipRoll") == (-0.790477, 0.379472)
-    for joint in ("LHand", "RWristYaw", "Tail"):
-        with pytest.raises(KeyError):
-            limits(load_body("nao-v3"), joint)
 
 
 def test_coupled_limits_at_the_published_points() -> None:
@@ -108,14 +88,6 @@ def test_coupled_ranges_are_never_empty_nor_wider_than_the_joint_s(name: str, jo
     own_lower, own_upper = limits(body, joint)
     assert own_lower <= lower
     assert upper <= own_upper
-
-
-@given(name=st.sampled_from(BODIES[1:]), pitch=st.floats(-1.2, 0.93))
-def test_coupling_of_the_ankles_mirrors(name: str, pitch: float) -> None:
-    body = load_body(name)
-    left_lower, left_upper = coupled_limits(body, "LAnkleRoll", pitch)
-    right_lower, right_upper = coupled_limits(body, "RAnkleRoll", pitch)
-    assert (right_lower, right_upper) == pytest.approx((-left_upper, -left_lower), abs=1e-4)
 
 
 def _area(outline: np.ndarray) -> float:
@@ -152,13 +124,6 @@ def test_hull_is_convex_and_holds_the_outline_and_the_sensors(side: Side) -> Non
         assert np.all(edges[:, 0] * to_point[:, 1] - edges[:, 1] * to_point[:, 0] >= -1e-12)
 
 
-def test_foot_centre() -> None:
-    """(2.18): 20 mm ahead of the ankle, 3.4 mm outwards."""
-    body = load_body("nao-v3")
-    np.testing.assert_array_equal(foot_centre(body, "L"), (0.020, 0.0034))
-    np.testing.assert_array_equal(foot_centre(body, "R"), (0.020, -0.0034))
-
-
 def test_postures() -> None:
     assert set(POSTURES) == {
         "Stand", "StandInit", "StandZero", "Crouch", "Sit", "SitRelax", "LyingBelly", "LyingBack",
@@ -182,13 +147,3 @@ def test_postures_keep_the_limits_and_couplings(name: str, posture: str) -> None
         other = position[INDEX[COUPLED_TO[joint]]] if joint in COUPLED_TO else 0.0
         lower, upper = coupled_limits(body, joint, other)
         assert lower - 1e-4 <= position[INDEX[joint]] <= upper + 1e-4, joint
-
-
-def test_damaged_postures(tmp_path: Path) -> None:
-    file = tmp_path / "p.toml"
-    file.write_text("source = 'x'\n[postures.Stand]\nLKneePich = 0.1\n")
-    with pytest.raises(ConfigurationError, match=r"p\.toml: postures\.Stand: .*did you mean 'LKneePitch'"):
-        load_postures(file)
-    file.write_text("source = 'x'\n[postures.Stand]\nLKneePitch = 0.1\n")
-    with pytest.raises(ConfigurationError, match=r"postures\.Stand: missing HeadYaw, HeadPitch"):
-        load_postures(file)

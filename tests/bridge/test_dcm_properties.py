@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import pairwise
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -135,18 +134,6 @@ def test_the_order_of_merged_commands_does_not_matter(new: list[tuple[int, int]]
     put(apart, "Merge", shuffled[cut:])
     assert together.waiting(LED) == apart.waiting(LED)
     assert [sent(together) for _ in range(45)] == [sent(apart) for _ in range(45)]
-
-
-@given(st.lists(commands.filter(bool), min_size=1, max_size=10))
-def test_buffers_are_ordered_and_bounded(requests: list[list[tuple[int, int]]]) -> None:
-    dcm = new_dcm()
-    for new in requests:
-        try:
-            put(dcm, "Merge", new)
-        except DcmRefused:
-            assert len(dcm.waiting(LED)) + len(new) > LIMIT
-        assert len(dcm.waiting(LED)) <= LIMIT
-        assert all(a.time <= b.time for a, b in pairwise(dcm.waiting(LED)))
 
 
 @given(st.integers(-(2**31), 2**31 - 1), st.integers(-400, 400), st.integers(0, 30))

@@ -109,16 +109,51 @@ def test_the_overload_takes_one_time_and_replaces_everything(dcm: Dcm) -> None:
     assert read(dcm, GREEN) == 0.75
 
 
-def test_merge_adds_to_what_is_waiting(dcm: Dcm) -> None:
-    put(dcm, LED, "Merge", (0.5, 100), (0.25, 300))
-    put(dcm, LED, "Merge", (1.0, 200), (0.75, 50))
-    assert times(dcm) == [50, 100, 200, 300]
+@pytest.mark.parametrize(
+    ("update", "waiting", "new", "kept"),
+    [
+        ("Merge", (100, 300), (200, 50), [50, 100, 200, 300]),
+        ("ClearAll", (100, 300), (200,), [200]),
+        ("ClearAll", (100, 200), (), []),
+        ("ClearAfter", (50, 100, 150, 400), (300, 120), [50, 100, 120, 300]),
+        ("ClearBefore", (50, 100, 150, 400), (200, 120), [120, 200, 400]),
+        *((update, (100,), (100,), [100, 100]) for update in ("ClearAfter", "ClearBefore")),
+        *((update, (100, 200), (), [100, 200]) for update in ("Merge", "ClearAfter", "ClearBefore")),
+    ],
+)
+def test_an_update_type_keeps_its_part_of_what_waits(
+    dcm: Dcm, update: str, waiting: tuple[int, ...], new: tuple[int, ...], kept: list[int]
+) -> None:
+    put(dcm, LED, "Merge", *((0.5, time) for time in waiting))
+    put(dcm, LED, update, *((1.0, time) for time in new))
+    assert times(dcm) == kept
 
 
-def test_clear_all_replaces_what_is_waiting(dcm: Dcm) -> None:
-    put(dcm, LED, "Merge", (0.5, 100), (0.25, 300))
-    put(dcm, LED, "ClearAll", (1.0, 200))
-    assert times(dcm) == [200]
+@pytest.mark.parametrize(
+    ("idle", "requests", "sent"),
+    [
+        (0, [("ClearAll", (0.0, 0), (1.0, 40))], [0.0, 0.25, 0.5, 0.75, 1.0]),
+        # from 0 up to 1 at 15 ms and down to 0 at 30 ms: cycles at 0, 10, 20 and 30 ms see 2/3 twice
+        (0, [("ClearAll", (0.0, 0), (1.0, 15), (0.0, 30))], [0.0, 171 / 256, 171 / 256, 0.0]),
+        (0, [("ClearAll", (0.5, 0))], [0.5] * 300),
+        (50, [("ClearAll", (1.0, -300), (0.0, 30))], [0.75, 0.5, 0.25, 0.0]),
+        (10, [("Merge", (0.25, -30), (0.75, -5), (0.5, -20))], [0.75, 0.75]),
+        (
+            0,
+            [("ClearAll", (0.0, 0), (0.5, 40)), ("Merge", (1.0, 40))],
+            [0.0, 0.125, 0.25, 0.375, 1.0, 1.0],
+        ),
+        *((3, [(update, (0.75, later))], [0.75]) for update in UPDATES for later in (0, -1, -10, -5000)),
+    ],
+)
+def test_timed_commands_are_sent_at_their_times_and_interpolated_in_between(
+    dcm: Dcm, idle: int, requests: list[tuple[Any, ...]], sent: list[float]
+) -> None:
+    """The first cycle after the request is the next one: a time not in the future means it."""
+    run(dcm, cycles=idle)
+    for update, *commands in requests:
+        put(dcm, LED, update, *commands)
+    assert run(dcm, cycles=len(sent)) == sent
 
 
 def test_clear_all_with_nothing_keeps_the_last_value(dcm: Dcm) -> None:
@@ -129,58 +164,6 @@ def test_clear_all_with_nothing_keeps_the_last_value(dcm: Dcm) -> None:
     assert times(dcm) == []
     assert run(dcm, cycles=20) == [ramp[-1]] * 20
     assert 0.5 < ramp[-1] < 0.6
-
-
-def test_clear_after_removes_what_is_later_than_the_first_new_one(dcm: Dcm) -> None:
-    put(dcm, LED, "Merge", (0.1, 50), (0.2, 100), (0.3, 150), (0.4, 400))
-    put(dcm, LED, "ClearAfter", (0.9, 300), (1.0, 120))
-    assert times(dcm) == [50, 100, 120, 300]
-
-
-def test_clear_before_removes_what_is_earlier_than_the_last_new_one(dcm: Dcm) -> None:
-    put(dcm, LED, "Merge", (0.1, 50), (0.2, 100), (0.3, 150), (0.4, 400))
-    put(dcm, LED, "ClearBefore", (0.9, 200), (1.0, 120))
-    assert times(dcm) == [120, 200, 400]
-
-
-@pytest.mark.parametrize("update", ["ClearAfter", "ClearBefore"])
-def test_clear_after_and_before_keep_a_command_of_exactly_their_time(dcm: Dcm, update: str) -> None:
-    put(dcm, LED, "Merge", (0.5, 100))
-    put(dcm, LED, update, (1.0, 100))
-    assert times(dcm) == [100, 100]
-
-
-@pytest.mark.parametrize("update", ["Merge", "ClearAfter", "ClearBefore"])
-def test_updates_with_nothing_new_change_nothing(dcm: Dcm, update: str) -> None:
-    put(dcm, LED, "Merge", (0.5, 100), (1.0, 200))
-    put(dcm, LED, update)
-    assert times(dcm) == [100, 200]
-
-
-@pytest.mark.parametrize("later", [0, -1, -10, -5000])
-@pytest.mark.parametrize("update", UPDATES)
-def test_a_time_not_in_the_future_means_the_next_cycle(dcm: Dcm, update: str, later: int) -> None:
-    run(dcm, cycles=3)
-    put(dcm, LED, update, (0.75, later))
-    assert read(dcm, LED) == 0.0
-    assert run(dcm) == [0.75]
-
-
-def test_between_two_commands_the_value_is_interpolated(dcm: Dcm) -> None:
-    put(dcm, LED, "ClearAll", (0.0, 0), (1.0, 40))
-    assert run(dcm, cycles=5) == [0.0, 0.25, 0.5, 0.75, 1.0]
-
-
-def test_commands_between_cycles_are_followed_not_reached(dcm: Dcm) -> None:
-    # From 0 up to 1 at 15 ms and down to 0 at 30 ms: cycles at 0, 10, 20 and 30 ms see 2/3 twice.
-    put(dcm, LED, "ClearAll", (0.0, 0), (1.0, 15), (0.0, 30))
-    assert run(dcm, cycles=4) == [0.0, 171 / 256, 171 / 256, 0.0]
-
-
-def test_without_a_next_command_the_last_is_sent_for_ever(dcm: Dcm) -> None:
-    put(dcm, KNEE, "ClearAll", (0.5, 0))
-    assert run(dcm, KNEE, 300) == [read(dcm, KNEE)] * 300
-    assert read(dcm, KNEE) == pytest.approx(0.5, abs=5e-5)
 
 
 def test_the_way_to_a_future_command_begins_at_the_last_value_in_the_last_cycle(dcm: Dcm) -> None:
@@ -199,25 +182,6 @@ def test_clear_all_on_the_way_turns_from_where_the_actuator_is(dcm: Dcm) -> None
     assert run(dcm, cycles=6)[-1] == 0.5
     put(dcm, LED, "ClearAll", (0.0, 30))
     assert run(dcm, cycles=4) == [0.375, 0.25, 0.125, 0.0]
-
-
-def test_a_command_from_before_the_last_cycle_starts_its_line_there(dcm: Dcm) -> None:
-    run(dcm, cycles=50)
-    put(dcm, LED, "ClearAll", (1.0, -300), (0.0, 30))
-    assert run(dcm, cycles=4) == [0.75, 0.5, 0.25, 0.0]
-
-
-def test_of_several_due_commands_the_last_holds(dcm: Dcm) -> None:
-    run(dcm, cycles=10)
-    put(dcm, LED, "Merge", (0.25, -30), (0.75, -5), (0.5, -20))
-    assert run(dcm) == [0.75]
-    assert times(dcm) == []
-
-
-def test_of_commands_at_equal_times_the_one_received_last_holds(dcm: Dcm) -> None:
-    put(dcm, LED, "ClearAll", (0.0, 0), (0.5, 40))
-    put(dcm, LED, "Merge", (1.0, 40))
-    assert run(dcm, cycles=6) == [0.0, 0.125, 0.25, 0.375, 1.0, 1.0]
 
 
 def test_the_sonar_gets_a_mode_once_at_its_time(dcm: Dcm) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import math
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from mcap.reader import make_reader
@@ -18,7 +16,6 @@ from bridge.body import load_body
 from bridge.body.kinematics import BodyTree
 from bridge.messages import Contact, SensorFrame, TruthFrame
 from bridge.recording.foxglove import MESSAGE_CYCLES, RobotScene
-from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from tests.frames import standing_frame, truth_frame
 
@@ -77,16 +74,6 @@ def test_the_links_are_where_ground_truth_and_kinematics_have_them(tmp_path: Pat
         assert frames[link] == pytest.approx(frames["Torso"] @ expected, abs=1e-9), link
 
 
-def test_joint_states_and_urdf_have_the_names_of_the_links(tmp_path: Path) -> None:
-    found = record(tmp_path / "frames.mcap")
-    states = {joint["name"]: joint["position"] for joint in found["3d/joint_states"][0]["joints"]}
-    assert states["RHipYawPitch"] == states["LHipYawPitch"]
-    assert set(states) == set(BodyTree(BODY).links) - {"Torso"}
-    (description,) = found["3d/robot_description"]
-    assert description["format"] == "urdf"
-    assert base64.b64decode(description["data"]) == b"<robot/>"
-
-
 def test_a_footstep_lies_under_each_new_place_of_a_loaded_foot(tmp_path: Path) -> None:
     """50 cm in 10 messages: each is a new place; the foot stands from the second message on."""
     updates = record(tmp_path / "frames.mcap")["3d/footsteps"]
@@ -99,16 +86,3 @@ def test_a_footstep_lies_under_each_new_place_of_a_loaded_foot(tmp_path: Path) -
     assert [cube["size"]["x"], cube["size"]["y"]] == pytest.approx(size.tolist())
     xs = [step["cubes"][0]["pose"]["position"]["x"] for step in steps]
     assert np.diff(xs) == pytest.approx([0.01 * MESSAGE_CYCLES] * 8)
-
-
-def test_without_ground_truth_the_odometry_places_the_robot(tmp_path: Path) -> None:
-    sent = record(tmp_path / "frames.mcap", with_truth=False)["3d/transforms"]
-    parents = [one["parent_frame_id"] for one in sent[0]["transforms"][:2]]
-    assert parents == ["world", "base_footprint"]
-
-
-def test_readers_of_recordings_pass_the_scene_over(tmp_path: Path) -> None:
-    record(tmp_path / "frames.mcap")
-    kinds = {type(one.message) for one in read_recording(tmp_path / "frames.mcap")}
-    assert kinds == {SensorFrame, TruthFrame}
-    assert issubclass(SensorFrame, msgspec.Struct)

@@ -144,17 +144,6 @@ def test_a_crouched_robot_of_little_stiffness_is_not_let_go_any_further() -> Non
     assert robot.stiffness == SETTINGS.crouch.rest_stiffness
 
 
-def test_a_command_from_the_same_pose_is_taken_as_it_is() -> None:
-    robot = Robot(Guard(BODY))
-    wanted = robot.guard.check(command(0), 0)
-    assert robot.command() == wanted
-    assert robot.guard.state == "active"
-    moved = list(STAND)
-    moved[INDEX["LKneePitch"]] += 0.5
-    assert robot.command(tuple(moved), lease=2) is not None
-    assert robot.guard.state == "approach"  # another holder's first command, half a radian away
-
-
 @pytest.mark.parametrize("how", ["crouch", "limp"])
 def test_an_emergency_stop_needs_arming_afterwards(how: str) -> None:
     robot = Robot(Guard(BODY))
@@ -371,17 +360,6 @@ def test_a_stopped_robot_stays_in_its_crouch() -> None:
     robot.command()
     robot.guard.stop("crouch")
     assert "sit" not in robot.silence(round(2.0 * SETTINGS.sit.after / BODY.cycle))
-
-
-def test_each_change_of_state_is_told_once_in_one_sentence() -> None:
-    robot = Robot(Guard(BODY))
-    robot.command()
-    robot.silence(1000)
-    notices = robot.guard.take_notices()
-    assert [n.code for n in notices] == ["guard-active", "guard-hold", "guard-crouch", "guard-rest"]
-    assert [n.level for n in notices] == ["info", "warning", "warning", "warning"]
-    assert all(n.text.endswith(".") and n.text.count(".") == 1 for n in notices)
-    assert robot.guard.status.text == notices[-1].text
 
 
 def test_a_joint_that_was_limp_starts_from_where_it_is() -> None:

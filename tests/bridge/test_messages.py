@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import msgspec
 import pytest
@@ -18,13 +18,10 @@ from bridge.messages import (
     SCHEMA_VERSION,
     ActuatorFrame,
     Contact,
-    Info,
     LeaseReply,
     LeaseRequest,
     Notice,
     SensorFrame,
-    TruthFrame,
-    WalkTelemetry,
     decode,
     decode_command,
     encode,
@@ -34,19 +31,16 @@ from bridge.messages.faults import JointWeak, SensorDead
 from bridge.messages.frames import ELEMENTS, sensor_slots
 from bridge.messages.world import PlateUnderFoot, Push, StartFault, WorldCommand
 from bridge.recording.canonical import LEFT_OUT, RECORDED
-from tests.frames import standing_frame
+from tests.frames import info_of_robot, standing_frame, truth_frame, walk_telemetry
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 COUNT = st.integers(0, 2**63 - 1)
-NAME = st.text("ABCxyz019_-", min_size=1, max_size=64)
-TEXT = st.text(max_size=50)
 
 
 def floats(n: int) -> st.SearchStrategy[tuple[float, ...]]:
     return st.lists(FINITE, min_size=n, max_size=n).map(tuple)
 
 
-CONTACT = st.builds(Contact, force=floats(3), cop=st.none() | floats(2))
 SENSOR_FRAME = st.builds(
     SensorFrame,
     seq=COUNT,
@@ -59,61 +53,15 @@ SENSOR_FRAME = st.builds(
 ACTUATOR_FRAME = st.builds(
     ActuatorFrame, reply_to=COUNT, lease=COUNT, position=floats(25), stiffness=floats(25), wall=COUNT
 )
-MESSAGE = st.one_of(
-    SENSOR_FRAME,
-    ACTUATOR_FRAME,
-    st.builds(
-        TruthFrame,
-        seq=COUNT,
-        time=FINITE,
-        torso_position=floats(3),
-        torso_orientation=floats(4),
-        torso_velocity=floats(3),
-        torso_angular_velocity=floats(3),
-        joints=floats(25),
-        com=floats(3),
-        zmp=st.none() | floats(2),
-        left=CONTACT,
-        right=CONTACT,
-        fell=st.booleans(),
-    ),
-    st.builds(
-        Info,
-        robot=NAME,
-        body=TEXT,
-        side=TEXT,
-        mode=TEXT,
-        cycle=FINITE,
-        absent=st.lists(st.sampled_from(JOINTS)).map(tuple),
-        boot=COUNT,
-        software=TEXT,
-    ),
-    st.builds(
-        LeaseRequest,
-        op=st.sampled_from(["acquire", "release", "status"]),
-        controller=NAME,
-        key=st.from_regex(r"([0-9a-f]{64})?", fullmatch=True),
-    ),
-    st.builds(LeaseReply, granted=st.booleans(), lease=COUNT, holder=TEXT, message=TEXT),
-    st.builds(Notice, seq=COUNT, level=TEXT, code=TEXT, text=TEXT),
-    st.builds(
-        WalkTelemetry,
-        seq=COUNT,
-        state=TEXT,
-        phase=TEXT,
-        step=COUNT,
-        steps=COUNT,
-        zmp=floats(2),
-        com=floats(2),
-        left=floats(6),
-        right=floats(6),
-        tick=FINITE,
-    ),
-)
-KINDS = [SensorFrame, ActuatorFrame, TruthFrame, Info, LeaseRequest, LeaseReply, Notice, WalkTelemetry]
-
 ZEROS = (0.0,) * 25
 COMMAND = ActuatorFrame(reply_to=7, lease=3, position=ZEROS, stiffness=ZEROS)
+MESSAGES = (
+    *(standing_frame(3), COMMAND, info_of_robot(absent=("LHand",)), walk_telemetry(3, tick=0.001)),
+    truth_frame(3, zmp=(0.1, -0.2), left=Contact(force=(1.0, 2.0, 3.0), cop=(0.01, 0.02)), fell=True),
+    LeaseRequest(op="acquire", controller="anna", key="0a" * 32),
+    LeaseReply(granted=True, lease=3, holder="anna", message="ä"),
+    Notice(seq=1, level="info", code="clipped", text="LKneePitch"),
+)
 
 
 def fields(**changes: Any) -> dict[str, Any]:
@@ -127,19 +75,17 @@ def refusal(fields: Any) -> str:
     return str(error.value)
 
 
-@given(MESSAGE)
+@given(SENSOR_FRAME | ACTUATOR_FRAME)
+def test_a_frame_comes_out_as_it_went_in(message: Any) -> None:
+    assert decode(encode(message), type(message)) == message
+
+
+@pytest.mark.parametrize("message", MESSAGES, ids=lambda message: type(message).__name__)
 def test_a_message_comes_out_as_it_went_in(message: Any) -> None:
     assert decode(encode(message), type(message)) == message
 
 
-@given(MESSAGE)
-def test_the_wire_is_a_map_of_all_fields_by_name(message: Any) -> None:
-    raw = msgspec.msgpack.decode(encode(message))
-    assert list(raw) == list(message.__struct_fields__)
-    assert raw["version"] == SCHEMA_VERSION
-
-
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [type(message) for message in MESSAGES])
 @given(payload=st.binary(max_size=300))
 def test_random_bytes_are_refused_and_nothing_else_happens(kind: type[Any], payload: bytes) -> None:
     with pytest.raises(FrameError):
@@ -165,14 +111,6 @@ def test_a_mutated_frame_is_refused_or_still_a_valid_frame(frame: Any, data: st.
         return
     assert len(decoded.position) == len(decoded.stiffness) == 25
     assert all(math.isfinite(v) for v in (*decoded.position, *decoded.stiffness))
-
-
-@given(
-    st.recursive(st.none() | st.booleans() | FINITE | TEXT, lambda s: st.lists(s) | st.dictionaries(TEXT, s))
-)
-def test_msgpack_that_is_no_frame_is_refused(thing: Any) -> None:
-    with pytest.raises(FrameError):
-        decode(msgspec.msgpack.encode(thing), ActuatorFrame)
 
 
 @pytest.mark.parametrize("field", ["position", "stiffness"])
@@ -220,12 +158,6 @@ def test_an_ill_typed_field_is_refused_by_name(field: str, value: Any) -> None:
     assert field in refusal(fields(**{field: value}))
 
 
-def test_a_missing_field_is_refused_by_name() -> None:
-    raw = fields()
-    del raw["stiffness"]
-    assert "stiffness" in refusal(raw)
-
-
 def test_integers_are_taken_for_floats_and_unknown_fields_ignored() -> None:
     raw = fields(position=[1] * 25, colour="red")
     assert decode(msgspec.msgpack.encode(raw), ActuatorFrame).position == (1.0,) * 25
@@ -251,12 +183,6 @@ def test_a_name_that_cannot_be_part_of_a_key_is_refused(name: str) -> None:
         decode(request, LeaseRequest)
 
 
-def test_an_unknown_lease_operation_is_refused_with_the_known_ones() -> None:
-    request = msgspec.msgpack.encode({"op": "grab", "controller": "me"})
-    with pytest.raises(FrameError, match="acquire"):
-        decode(request, LeaseRequest)
-
-
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 
 
@@ -273,22 +199,10 @@ def rows(text: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
-def test_the_joints_have_their_slots() -> None:
-    pairs = [
-        (int(row[i]), row[i + 1]) for row in rows(section("Joints")) for i in (0, 2, 4) if row[i].isdigit()
-    ]
-    assert sorted(pairs) == list(enumerate(JOINTS))
-
-
 def test_the_foot_sensors_are_where_the_data_sheet_has_them() -> None:
     fsr = load_body("nao-v3").fsr
     places = [(float(row[2]), float(row[3])) for row in rows(section("Foot sensors"))]
     assert places == [(x, y) for x, y, _ in (*fsr.L, *fsr.R)]
-
-
-def test_version_and_largest_payload_are_those_in_force() -> None:
-    assert f"Schema version **{SCHEMA_VERSION}**" in PAGE
-    assert f"more than {MAX_PAYLOAD} bytes" in PAGE
 
 
 def decoded(payload: bytes) -> WorldCommand:
@@ -336,11 +250,6 @@ def test_a_command_from_any_language_is_a_map_with_an_op() -> None:
 def test_a_wrong_command_is_refused_with_the_field_or_the_ops(payload: bytes, says: str) -> None:
     with pytest.raises(FrameError, match=says):
         decoded(payload)
-
-
-def test_the_ops_are_told_apart() -> None:
-    ops = [command.__struct_config__.tag for command in get_args(WorldCommand)]
-    assert len(ops) == len(set(ops)) == 18
 
 
 def test_sensors_are_selected_whole_or_by_element() -> None:

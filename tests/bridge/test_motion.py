@@ -11,7 +11,6 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS, N_JOINTS
 from bridge.body.postures import POSTURES
-from bridge.body.quantities import limits
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
 from bridge.motion import GetUp, Motion, MotionPlayer, get_up_motions, load_motion, lying, motion_names
@@ -77,13 +76,6 @@ def test_joints_that_no_frame_has_named_stay_at_the_present_targets(
         stays = present[slot] if present else 0.05
         goal = {"HeadYaw": 0.2, "HeadPitch": 0.1}.get(joint, stays)
         assert ways[-1][slot] == pytest.approx(goal), joint
-
-
-def test_both_names_of_the_hips_motor_are_one_joint_and_the_left_one_counts() -> None:
-    """NAOqi's rule; Choregraphe writes both."""
-    for angles, goal in (({"RHipYawPitch": -0.1}, -0.1), ({"RHipYawPitch": -0.1, "LHipYawPitch": -0.2}, -0.2)):
-        (target,) = targets(motion(Phase(frames=(Frame(duration=1.0, joints=angles),))), BODY)
-        assert target.position == {INDEX["LHipYawPitch"]: goal}
 
 
 def test_a_mirrored_phase_is_the_mirror_image() -> None:
@@ -158,15 +150,6 @@ def test_a_try_begins_when_the_robot_obeys_and_ends_when_it_is_released() -> Non
     assert player.began == ["back", "back"]
 
 
-def test_a_robot_on_its_feet_has_got_up() -> None:
-    player = GetUp({"back": motion(Phase(frames=(Frame(duration=0.1),)))}, BODY)
-    for _ in range(30):
-        player.advance(frame((0.0, -1.5)), DT)
-    for _ in range(50):
-        player.advance(standing_frame(), DT)
-    assert player.done and not player.failed
-
-
 @pytest.mark.parametrize("body", ["nao-v3", "nao-v3.3", "nao-v4", "nao-v5", "nao-v6"])
 def test_every_way_to_lie_has_a_motion(body: str) -> None:
     motions = get_up_motions(load_body(body))
@@ -177,29 +160,11 @@ def test_every_way_to_lie_has_a_motion(body: str) -> None:
     ]
 
 
-def test_frames_are_repeated_and_kept_inside_the_ranges() -> None:
-    frames = (Frame(duration=0.1, joints={"LKneePitch": 9.0}), Frame(duration=0.1, joints={"LKneePitch": -9.0}))
-    found = [t.position[INDEX["LKneePitch"]] for t in targets(motion(Phase(frames=frames, repeat=3)), BODY)]
-    lower, upper = limits(BODY, "LKneePitch")
-    assert found == [upper, lower] * 3
-
-
 @pytest.mark.parametrize("name", motion_names())
 def test_shipped_motions_load_and_name_their_licence(name: str) -> None:
     found = load_motion(name)
     assert "Apache License 2.0" in found.source or found.source.startswith("this project")
     assert targets(found, load_body("nao-v3")) and targets(found, BODY)
-
-
-def test_a_table_of_a_team_is_read(tmp_path: Path) -> None:
-    file = tmp_path / "nod.csv"
-    file.write_text(
-        "frame,duration_s,HeadPitch,LHand,stiffness,notes\n0,0,0.2,,0.5,a\n1,0.5,,,,b\n2,0.25,-0.2,,,c\n"
-    )
-    found = load_motion(str(file)).phases[0].frames
-    assert [f.duration for f in found] == [0.0, 0.5, 0.25]
-    assert [f.joints for f in found] == [{"HeadPitch": 0.2}, {}, {"HeadPitch": -0.2}]
-    assert found[0].stiffness == 0.5
 
 
 @pytest.mark.parametrize("written", ["{}", "\ufeff{}", "# made by hand\n\n{}\n", "windows"])

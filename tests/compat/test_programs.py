@@ -55,131 +55,51 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
     )
 
 
-@pytest.mark.parametrize(
-    ("name", "arguments", "code", "lines"),
-    [
-        ("old.py.txt", ["nao.local"], 7, ["said 3"]),
-        ("threads.py.txt", [], 3, ["main part ends", "danced 0.5", "rested"]),
-        ("old_ear.py.txt", [], 0, ["heard (1, 1365) False"]),
-        (
-            "joints.py",
-            ["192.168.1.2"],
-            0,
-            ["set 0.3 -0.2", "through 0.2 0.1", "runs True", "runs False", "limits 26 names 26"],
-        ),
-        ("module_events.py", [], 0, ["touched FrontTactilTouched 1.0", "subscribers []"]),
-        ("qi_events.py", ["--ip", "nao.local"], 0, ["heard ['yes']", "said False"]),
-        ("application.py", [], 1, ["data [1, 'two', 3.0]", "life disabled"]),
-        (
-            "cartesian.py",
-            ["nao.local"],
-            0,
-            ["near True", "camera up True", "moved [0.0, 0.0, 0.0]", "half turn 180"],
-        ),
-        (
-            "tasks.py",
-            [],
-            0,
-            [
-                "tasks ['angleInterpolation', 'angleInterpolation'] True",
-                "then -0.3 []",
-                "arm True near",
-                "arm False collision",
-                "breathes True [['Bpm', 12.0], ['Amplitude', 0.5]]",
-            ],
-        ),
-        (
-            "pictures.py",
-            [],
-            0,
-            [
-                "size 320 240 3 of 230400 camera 1",
-                "gone True False",
-                "grey 19200 angles [0.53, -0.42, -0.53",
-                "red True",
-            ],
-        ),
-        ("ball.py", [], 0, ["ball left True below", "followed True", "lost False"]),
-        (
-            "frame_manager.py",
-            [],
-            0,
-            [
-                "programs True",
-                "beeped 3",  # half of 7 in Python 2
-                "ALFrameManager.playFrames is not offered: clea",
-                "ALFrameManager.newBehaviorFromFile: /no.xar: can",
-                "ALFrameManager: 9 is no behaviour; newBehaviorFr",
-            ],
-        ),
-        (
-            "photos.py",
-            [],
-            0,
-            [
-                "names ['image_0.jpg', 'image_1.jpg']",
-                "one single.jpg",
-                "picture JPEG (320, 240) True",
-                "records True",
-                "film film.avi True b'RA'",
-            ],
-        ),
-        (
-            "facts.py",
-            [],
-            0,
-            [
-                "memory True 1",
-                "body Nao True",
-                "network ready ['Wired'] ['ethernet']",
-                "help ['setStiffnesses', [['names', ''], ['stiffnesses', '']]]",
-                "voice True",
-                "refused True True",
-            ],
-        ),
-        (
-            "quiet.py",
-            [],
-            0,
-            [
-                "ALDarknessDetection [] me",
-                "ALBarcodeReader [] me",
-                "ALMovementDetection [] me",
-                "ALSoundDetection [] me",
-                "topics ['greeting'] ['greeting']",
-                "turned True 3 2",
-            ],
-        ),
-        (
-            "dialog.py",
-            [],
-            0,
-            [
-                "topic greeting",
-                "answer Hello Anna, nice to meet you",
-                "again What about you?",
-                "variable Anna",
-                "heard Yes",
-                "jumped So am I",
-                "not understood what",
-            ],
-        ),
-        ("sensors.py", [], 0, ["sonar 0.5 weight 2.0 None", "battery 90", "red 1.0"]),
-        (
-            "errors.py",
-            [],
-            1,
-            [
-                "ALProxy: there is no service ALNothing (qi: Cannot find serv",
-                "ALMotion: unknown method 'setAngels' (did you mean 'setAngle",
-                "ALMotion.animation is not offered by nao-hil: no anim",
-                "nao-v5: unknown joint or chain 'Nose'",
-                "ALMemory: there is no data under 'Nothing'.",
-                "The behaviour 'dance' is not installed: the",
-            ],
-        ),
-    ],
-)
+EXPECTED = """
+old.py.txt nao.local -> 7: said 3
+threads.py.txt -> 3: main part ends | danced 0.5 | rested
+old_ear.py.txt -> 0: heard (1, 1365) False
+joints.py 192.168.1.2 -> 0: set 0.3 -0.2 | through 0.2 0.1 | runs True | runs False | limits 26 names 26
+module_events.py -> 0: touched FrontTactilTouched 1.0 | subscribers []
+qi_events.py --ip nao.local -> 0: heard ['yes'] | said False
+application.py -> 1: data [1, 'two', 3.0] | life disabled
+cartesian.py nao.local -> 0: near True | camera up True | moved [0.0, 0.0, 0.0] | half turn 180
+tasks.py -> 0: tasks ['angleInterpolation', 'angleInterpolation'] True | then -0.3 [] | arm True near | arm
+    False collision | breathes True [['Bpm', 12.0], ['Amplitude', 0.5]]
+pictures.py -> 0: size 320 240 3 of 230400 camera 1 | gone True False | grey 19200 angles [0.53, -0.42, -0.53
+    | red True
+ball.py -> 0: ball left True below | followed True | lost False
+frame_manager.py -> 0: programs True | beeped 3 | ALFrameManager.playFrames is not offered: clea |
+    ALFrameManager.newBehaviorFromFile: /no.xar: can | ALFrameManager: 9 is no behaviour; newBehaviorFr
+photos.py -> 0: names ['image_0.jpg', 'image_1.jpg'] | one single.jpg | picture JPEG (320, 240) True | records
+    True | film film.avi True b'RA'
+facts.py -> 0: memory True 1 | body Nao True | network ready ['Wired'] ['ethernet'] | help ['setStiffnesses',
+    [['names', ''], ['stiffnesses', '']]] | voice True | refused True True
+quiet.py -> 0: ALDarknessDetection [] me | ALBarcodeReader [] me | ALMovementDetection [] me |
+    ALSoundDetection [] me | topics ['greeting'] ['greeting'] | turned True 3 2
+dialog.py -> 0: topic greeting | answer Hello Anna, nice to meet you | again What about you? | variable Anna |
+    heard Yes | jumped So am I | not understood what
+sensors.py -> 0: sonar 0.5 weight 2.0 None | battery 90 | red 1.0
+errors.py -> 1: ALProxy: there is no service ALNothing (qi: Cannot find serv | ALMotion: unknown method
+    'setAngels' (did you mean 'setAngle | ALMotion.animation is not offered by nao-hil: no anim | nao-v5:
+    unknown joint or chain 'Nose' | ALMemory: there is no data under 'Nothing'. | The behaviour 'dance' is not
+    installed: the
+"""
+"""A program with its arguments, its exit code, and how the lines begin that it prints; indented lines go on."""
+
+
+def expectations() -> list[tuple[str, list[str], int, list[str]]]:
+    """Program, arguments, exit code and beginnings of lines of `EXPECTED`."""
+    found = []
+    for row in EXPECTED.replace("\n    ", " ").strip().splitlines():
+        call, _, lines = row.partition(": ")
+        words, _, code = call.partition(" -> ")
+        name, *arguments = words.split()
+        found.append((name, arguments, int(code), lines.split(" | ")))
+    return found
+
+
+@pytest.mark.parametrize(("name", "arguments", "code", "lines"), expectations())
 def test_a_program_does_what_it_does_on_a_robot(
     url: str, name: str, arguments: list[str], code: int, lines: list[str]
 ) -> None:

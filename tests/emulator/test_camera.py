@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import socket
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -14,7 +11,6 @@ from io import BytesIO
 from types import SimpleNamespace
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from PIL import Image
@@ -24,9 +20,8 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.host import robot_info
-from bridge.messages import Contact, TruthFrame, encode
+from bridge.messages import TruthFrame, encode
 from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
-from bridge.realtime import leave_real_time
 from bridge.types import Vec3
 from emulator.camera import process
 from emulator.camera.picture import draw, hidden
@@ -34,15 +29,12 @@ from emulator.camera.scene import (
     CameraScene,
     boxes_of,
     encode_picture,
-    facing_away,
     floor_of,
     picture_file,
     thing_of,
 )
 from tests.frames import truth_frame, world_reply
-from tests.loops import until
 
-NOTHING = Contact(force=(0.0, 0.0, 0.0), cop=None)
 LOOKS = {
     # vendor's video pages: x, z (m) and pitch (deg) of each camera in the head's frame, field of view (deg)
     "nao-v3": (((0.0539, 0.0679, 0.0), (0.0488, 0.02381, 40.0)), (47.8, 36.8)),
@@ -135,31 +127,6 @@ def test_a_box_before_the_ball_hides_it() -> None:
     assert not red(picture("nao-v5", 0, frame, world(thing, boxes=(box,)), 160)).any()
 
 
-def test_the_robot_sees_its_hands_before_it_and_not_its_head() -> None:
-    frame, empty = truth(0.0, 0.0), world()
-    scene = CameraScene(load_body("nao-v5"))
-    links = scene.links(frame)
-    view = scene.view(1, links)
-    floor = draw(view, floor_of(empty), [], 160, 120)
-    ahead = draw(scene.view(0, links), floor_of(empty), [], 160, 120)
-    assert (picture("nao-v5", 0, frame, empty, 160) == ahead).all()
-    joints = list(frame.joints)
-    for side in "LR":
-        joints[INDEX[f"{side}ShoulderPitch"]], joints[INDEX[f"{side}ElbowRoll"]] = 0.6, 0.0
-        joints[INDEX[f"{side}ShoulderRoll"]] = 0.0
-    reaching = msgspec.structs.replace(frame, joints=tuple(joints))
-    assert (picture("nao-v5", 1, reaching, empty, 160) != floor).any()
-
-
-def test_a_landmark_is_seen_from_its_front_only() -> None:
-    at, eye = (1.0, 0.0, 0.5), np.array((0.0, 0.0, 0.5))
-    for turn, away in ((math.pi, False), (math.pi - 0.9, False), (math.pi - 1.2, True), (0.0, True)):
-        mark = WorldThing(
-            name="80", kind="landmark", size=0.1, position=at, facing=(math.cos(turn), math.sin(turn), 0.0)
-        )
-        assert facing_away(mark, eye) is away
-
-
 @pytest.mark.parametrize(
     ("space", "expected"),
     # ITU-R BT.601, full range, of pure red, as JFIF has it
@@ -238,24 +205,3 @@ def test_it_is_idle_until_the_first_request(monkeypatch: pytest.MonkeyPatch) -> 
     assert answer is not None and answer[0] == 0
     assert {sight[2] for sight in answer[1]} == {"Anna"}
     pipe.close()
-
-
-def test_pictures_are_drawn_without_a_real_time_priority() -> None:
-    """Started by a thread under SCHED_FIFO, which hands it on; nobody answers at the endpoint."""
-    ours, theirs = socket.socketpair()
-    of = ["nao", "tcp/127.0.0.1:9", str(theirs.fileno())]
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-    except PermissionError:
-        pytest.skip("real-time priorities are not permitted here")
-    try:
-        drawing = subprocess.Popen([sys.executable, "-m", "emulator.camera", *of], pass_fds=[theirs.fileno()])
-    finally:
-        leave_real_time()
-    try:
-        until(lambda: os.sched_getscheduler(drawing.pid) == os.SCHED_OTHER, "an ordinary priority")
-    finally:
-        drawing.kill()
-        drawing.wait()
-        ours.close()
-        theirs.close()

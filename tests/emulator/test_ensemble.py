@@ -3,15 +3,12 @@
 import functools
 from typing import Any
 
-import msgspec
 import pytest
 
 from bridge.body import load_body
 from bridge.errors import ConfigurationError
-from emulator.wear import ensemble, load_wear, wear_of_seed
+from emulator.wear import ensemble, load_wear
 from emulator.wear.ensemble import RobotEnsemble, load_ensemble, unknowns
-
-NOMINAL = load_wear("nominal")
 
 
 def value_at(profile: Any, path: str) -> float:
@@ -74,20 +71,3 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> RobotEnsemble:
 def test_a_bad_number_is_refused_in_a_sentence(made_up: RobotEnsemble, name: str) -> None:
     with pytest.raises(ConfigurationError, match=r"^wear profile .*must be ensemble:0 to ensemble:2\.$"):
         load_wear(name, load_body("nao-v3"))
-
-
-def test_a_member_needs_a_robot() -> None:
-    with pytest.raises(ConfigurationError, match="name a robot"):
-        load_wear("ensemble:0")
-
-
-def test_all_members_take_turns_by_the_seed(made_up: RobotEnsemble) -> None:
-    assert [wear_of_seed("ensemble", seed) for seed in (0, 2, 3)] == ["ensemble:0", "ensemble:2", "ensemble:0"]
-    assert wear_of_seed("worn", 1) == "worn"
-
-
-def test_what_is_not_unknown_stays_nominal(made_up: RobotEnsemble) -> None:
-    profile = load_wear("ensemble:1", load_body("nao-v3"))
-    assert profile.name == "ensemble:1"
-    assert profile.sensors.battery == NOMINAL.sensors.battery and profile.servo.supply_voltage == 21.6
-    assert msgspec.structs.replace(profile.servo, backlash=NOMINAL.servo.backlash) != NOMINAL.servo

@@ -15,17 +15,13 @@ from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame
 from bridge.messages.faults import (
     CommandDuplicated,
-    CommandJitter,
     CommandLate,
     CommandLost,
     CommandReordered,
     DcmPause,
     Fault,
     HalError,
-    InertialRezero,
-    JointBacklash,
     JointHot,
-    JointLimp,
     JointStuck,
     JointWeak,
     PowerLoss,
@@ -34,12 +30,9 @@ from bridge.messages.faults import (
     SensorOffset,
     SensorStuck,
 )
-from bridge.messages.frames import ELEMENTS
-from emulator.faults.faults import CommandChannel
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent
 from emulator.scenarios.model import Scenario
-from emulator.sensors.suite import TOUCH
 from tests.servos import torques
 
 BODY = load_body("nao-v3")
@@ -88,13 +81,6 @@ def test_lost_commands_are_missed_and_the_last_one_stays_in_force(robot: Emulate
     assert answered(robot, 2) == [10, 11]
 
 
-def test_the_lost_share_is_the_probability(robot: EmulatedRobot) -> None:
-    channel = CommandChannel(np.random.default_rng(5))
-    n, p = 4000, 0.2
-    lost = sum(channel.apply_command_faults(command(k), [CommandLost(probability=p)]) is None for k in range(n))
-    assert lost / n == pytest.approx(p, abs=4.0 * math.sqrt(p * (1.0 - p) / n))
-
-
 def test_late_commands_are_in_force_that_many_cycles_later(robot: EmulatedRobot) -> None:
     begin(robot, CommandLate(cycles=3))
     assert answered(robot, 7) == [-1, -1, -1, 0, 1, 2, 3]
@@ -113,19 +99,6 @@ def test_reordered_commands_are_overtaken(robot: EmulatedRobot) -> None:
     robot.faults.end()
     # 1 was held back; 2 overtakes it in the next cycle, in which 1 then arrives last
     assert answered(robot, 3) == [1, 3, 4]
-
-
-def test_jitter_spreads_the_delays_evenly() -> None:
-    channel = CommandChannel(np.random.default_rng(2))
-    ages = []
-    for k in range(3000):
-        arrived = channel.apply_command_faults(command(k), [CommandJitter(cycles=2)])
-        if arrived is not None:
-            ages.append(k - arrived.reply_to)
-    assert set(ages) == {0, 1, 2}
-    # the newest of this cycle is in force when its delay is 0: one time in three
-    share = ages.count(0) / 3000
-    assert share == pytest.approx(1.0 / 3.0, abs=4.0 * math.sqrt(2.0 / 9.0 / 3000))
 
 
 # ---- sensors
@@ -166,26 +139,6 @@ def test_an_offset_sensor_reads_too_much(robot: EmulatedRobot) -> None:
     begin(robot, SensorOffset(sensor="gyroscope.y", offset=0.05))
     after = robot.advance(None).gyroscope
     np.testing.assert_allclose(np.subtract(after, before), (0.0, 0.05, 0.0), atol=1e-3)
-
-
-def test_faults_name_the_fields_of_a_frame_as_they_are(robot: EmulatedRobot) -> None:
-    for field, names in ELEMENTS.items():
-        assert len(getattr(robot.frame, field)) == len(names)
-    assert ELEMENTS["touch"] == TOUCH
-
-
-def test_an_inertial_unit_zeroed_anew_takes_its_lean_for_upright_until_it_knows_better(
-    robot: EmulatedRobot,
-) -> None:
-    """The ideal unit follows its accelerometer with 20 s."""
-    lean = robot.advance(None).angle
-    assert abs(lean[1]) > 0.05
-    begin(robot, InertialRezero())
-    assert robot.advance(None).angle == pytest.approx((0.0, 0.0), abs=0.1 * abs(lean[1]))
-    for _ in range(2000):
-        robot.advance(None)
-    assert robot.frame.angle[1] == pytest.approx(lean[1] * (1.0 - math.exp(-1.0)), rel=0.05)
-    assert robot.faults.names == ()
 
 
 # ---- joints
@@ -237,19 +190,6 @@ def test_a_hot_joint_reports_its_heat_and_loses_stiffness(held: EmulatedRobot) -
     assert held.frame.stiffness[KNEE] == 0.0
 
 
-def test_more_play_lets_a_joint_hang_by_half_of_it(held: EmulatedRobot) -> None:
-    """A limb that hangs on one flank of the gear's dead zone is half the backlash away from the motor's
-    angle."""
-    for _ in range(100):
-        held.advance(command(0))
-    tight = held.truth().joints[INDEX["LShoulderPitch"]]
-    begin(held, JointBacklash(joint="LShoulderPitch", backlash=0.1))
-    for _ in range(200):
-        held.advance(command(0))
-    loose = held.truth().joints[INDEX["LShoulderPitch"]]
-    assert abs(loose - tight) == pytest.approx(0.05, abs=0.005)
-
-
 def test_without_power_the_robot_is_limp_and_says_so(robot: EmulatedRobot) -> None:
     begin(robot, PowerLoss())
     for _ in range(150):
@@ -260,16 +200,6 @@ def test_without_power_the_robot_is_limp_and_says_so(robot: EmulatedRobot) -> No
     assert robot.truth().torso_position[2] < 0.25
     robot.faults.end()
     assert robot.advance(command(robot.frame.seq)).stiffness[KNEE] == 1.0
-
-
-def test_a_limp_joint_gives_way_and_the_others_hold(robot: EmulatedRobot) -> None:
-    begin(robot, JointLimp(joint="LShoulderPitch"))
-    for _ in range(150):
-        frame = robot.advance(command(robot.frame.seq, LShoulderPitch=-1.4))
-    arm = INDEX["LShoulderPitch"]
-    assert (frame.stiffness[arm], frame.current[arm], frame.stiffness[KNEE]) == (0.0, 0.0, 1.0)
-    assert abs(frame.position[arm] - START[arm]) < 0.3  # it hangs, wherever it is sent
-    assert robot.truth().torso_position[2] > 0.28
 
 
 def test_after_an_error_of_hal_all_joints_are_limp_and_the_frames_go_on(robot: EmulatedRobot) -> None:
@@ -297,11 +227,6 @@ def test_a_pause_of_the_dcm_is_a_gap_in_the_frames_while_the_world_goes_on(robot
     assert answered(robot, 2) == [14, 15]
 
 
-def test_a_pause_without_an_end_is_refused(robot: EmulatedRobot) -> None:
-    with pytest.raises(FrameError, match="duration"):
-        begin(robot, DcmPause())
-
-
 # ---- windows and words
 
 
@@ -314,11 +239,6 @@ def test_a_planned_fault_begins_and_ends_in_time_and_is_told() -> None:
         notices = robot.take_notices()
         assert [(notice.seq, notice.code) for notice in notices] == [(10, "fault"), (15, "fault")]
         assert "sensor-dead:sonar" in notices[0].text
-
-
-def test_a_fault_in_a_joint_the_body_lacks_is_refused(robot: EmulatedRobot) -> None:
-    with pytest.raises(FrameError, match="LWristYaw"):
-        begin(robot, JointWeak(joint="LWristYaw"))
 
 
 def test_an_end_of_a_fault_that_is_not_there_names_those_that_are(robot: EmulatedRobot) -> None:

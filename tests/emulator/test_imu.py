@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from bridge.body import load_body
-from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
 from bridge.types import Vec3
@@ -46,12 +45,6 @@ def test_at_rest_the_accelerometer_decides(tilt: tuple[float, float]) -> None:
     np.testing.assert_allclose(np.degrees(fused.angle), tilt, atol=0.3)
 
 
-@pytest.mark.parametrize("tilt", TILTS)
-def test_first_sample_is_exact(tilt: tuple[float, float]) -> None:
-    fused = FusedAngle(G, gravity(*np.radians(tilt)), FILTER)
-    np.testing.assert_allclose(np.degrees(fused.angle), tilt, atol=1e-9)
-
-
 def test_in_motion_the_gyroscope_decides() -> None:
     """Swing of 20 deg at 1 Hz in roll under an accelerometer shaken by half of gravity to and fro."""
     fused, worst, before = FusedAngle(G, (0.0, 0.0, G), FILTER), 0.0, 0.0
@@ -66,8 +59,8 @@ def test_in_motion_the_gyroscope_decides() -> None:
     assert math.degrees(worst) < 1.0
 
 
-@pytest.mark.parametrize("time_constant", [0.2, 0.45, 2.0])
-@pytest.mark.parametrize("frequency", [3.0, 7.0, 12.0])
+@pytest.mark.parametrize("time_constant", [0.2, 2.0])
+@pytest.mark.parametrize("frequency", [3.0, 12.0])
 def test_a_swing_about_the_ankle_is_read_as_the_complementary_filter_says(
     time_constant: float, frequency: float
 ) -> None:
@@ -105,21 +98,6 @@ def test_a_steady_turn_follows_the_accelerometer_and_a_changing_one_the_gyroscop
     assert fused.angle[1] == pytest.approx(0.5 * 0.038, rel=0.3)
 
 
-def test_noise_of_a_real_gyroscope_does_not_switch_the_filter() -> None:
-    """0.0037 rad/s, the largest found at rest, stays far below the threshold."""
-    fused, random = FusedAngle(G, (0.0, 0.0, G), SWITCHING), np.random.default_rng(2)
-    for _ in range(300):
-        update(fused, gravity(0.0, 0.1), tuple(random.normal(0.0, 0.0037, 3).tolist()), 0.01)
-    assert fused.angle[1] == pytest.approx(0.1, abs=0.003)
-
-
-def test_reported_angles_are_whole_steps() -> None:
-    fused = FusedAngle(G, gravity(0.1234, -0.0567), SWITCHING, step=0.0017453)
-    steps = np.array(fused.angle) / 0.0017453
-    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-9)
-    np.testing.assert_allclose(fused.angle, (0.1234, -0.0567), atol=0.5 * 0.0017453 + 1e-9)
-
-
 @given(st.lists(st.floats(-8.0, 8.0), min_size=3, max_size=3), st.integers(0, 2**32 - 1))
 def test_mean_rate_of_a_steady_turn_is_its_rate(rate: list[float], seed: int) -> None:
     before = Rotation.random(random_state=seed)
@@ -155,26 +133,6 @@ def test_robot_held_at_a_tilt(tilt: tuple[float, float]) -> None:
     ) as robot:
         np.testing.assert_allclose(np.degrees(robot.frame.angle), tilt, atol=0.3)
         np.testing.assert_allclose(robot.frame.accelerometer, gravity(*np.radians(tilt)), atol=1e-3)
-
-
-def test_leaning_robot_knows_its_angle() -> None:
-    """Ankles lean the standing robot to and fro, then stop in a lean; the fused angle is never far off."""
-    start = np.array(POSTURES["StandInit"])
-    errors = []
-    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
-        for k in range(300):
-            position = start.copy()
-            position[[INDEX["LAnklePitch"], INDEX["RAnklePitch"]]] += 0.06 * math.sin(
-                2.0 * math.pi * min(k, 190) / 150.0
-            )
-            robot.advance(ActuatorFrame(reply_to=k, position=tuple(position.tolist()), stiffness=(1.0,) * 25))
-            truth = robot.truth()
-            _, pitch, roll = Rotation.from_quat(truth.torso_orientation).as_euler("ZYX", degrees=True)
-            angle_x, angle_y = np.degrees(robot.frame.angle)
-            errors.append(max(abs(angle_x - roll), abs(angle_y - pitch)))
-        assert not truth.fell
-    assert max(errors) < 1.0
-    assert errors[-1] < 0.3
 
 
 def test_free_fall_weighs_nothing_and_follows_the_parabola() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -15,7 +14,7 @@ from bridge.messages.world import PlaceBox, Push
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import PhysicsSettings
-from emulator.engine.values import Ball, Pole
+from emulator.engine.values import Ball
 from emulator.poses import ORIGIN, Pose
 from emulator.robot import EmulatedRobot
 from emulator.world.world import LEAGUE_BALL, SURFACES, solid
@@ -75,18 +74,6 @@ def test_a_ball_pushed_at_one_metre_per_second_rolls_as_far_as_the_closed_form(
     assert abs(speeds[-1]) < 1e-3
 
 
-def test_a_rolling_ball_loses_speed_evenly_and_turns_with_its_way(engine: Engine) -> None:
-    ball = engine.add(LEAGUE_BALL, at(0.0, 0.0, LEAGUE_BALL.radius))
-    engine.run(100)
-    x, y, z = ball.state().position
-    ball.place(at(x, y, z), (0.0, 0.9, 0.0), (-0.9 / LEAGUE_BALL.radius, 0.0, 0.0))
-    for second in (1.0, 2.0):
-        engine.run(1000)
-        state = ball.state()
-        assert state.velocity[1] == pytest.approx(0.9 - LEAGUE_BALL.rolling * second, rel=0.05)
-        assert state.angular_velocity[0] == pytest.approx(-state.velocity[1] / LEAGUE_BALL.radius, rel=0.02)
-
-
 def test_balls_that_collide_keep_their_momentum_and_do_not_bounce(engine: Engine) -> None:
     weightless(engine)
     heavy = replace(LEAGUE_BALL, mass=3.0 * LEAGUE_BALL.mass)
@@ -112,18 +99,6 @@ def test_a_ball_takes_from_a_robot_the_momentum_that_it_gets(engine: Engine) -> 
     state = ball.state()
     assert state.velocity[0] > 0.5
     assert MASS * speed + heavy.mass * state.velocity[0] == pytest.approx(MASS, rel=0.01)
-
-
-def test_a_pole_stands_and_stops_a_ball(engine: Engine) -> None:
-    for mass in (0.0, 2.0):
-        pole = engine.add(Pole(0.05, 0.8, mass), at(0.5, 0.0, 0.4))
-        ball = engine.add(LEAGUE_BALL, at(0.2, 0.0, LEAGUE_BALL.radius))
-        ball.place(at(0.2, 0.0, LEAGUE_BALL.radius), (0.6, 0.0, 0.0))
-        engine.run(1500)
-        assert ball.state().position[0] < 0.41
-        assert pole.state().position == pytest.approx((0.5, 0.0, 0.4), abs=0.01)
-        engine.remove(ball)
-        engine.remove(pole)
 
 
 def test_an_object_is_in_the_truth_with_its_shape_and_can_be_pushed(physics: str) -> None:
@@ -152,8 +127,3 @@ def test_an_object_is_in_the_truth_with_its_shape_and_can_be_pushed(physics: str
 def test_a_shape_that_cannot_be_is_refused(shape, size, mass: float, what: str) -> None:
     with pytest.raises(FrameError, match=what):
         solid(shape, size, mass, None)
-
-
-def test_the_ball_of_the_league_is_the_rule_books() -> None:
-    assert (2.0 * LEAGUE_BALL.radius, LEAGUE_BALL.mass) == (0.1, 0.044)
-    assert math.isclose(LEAGUE_BALL.rolling, 0.3)

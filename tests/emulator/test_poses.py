@@ -6,18 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.quantities import standing_height
-from bridge.errors import ConfigurationError
-from emulator.engine.pybullet.client import bullet
-from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
 from emulator.robot import EmulatedRobot
-from emulator.scenarios import FLAT, START_NAMES
-from emulator.scenarios.ground import Start
-from emulator.scenarios.model import Scenario
+from emulator.scenarios import START_NAMES
 from emulator.start import HOOK_CLEARANCE
 from emulator.wear import load_wear
 
@@ -32,42 +26,6 @@ UP = {
     "hang": (0.0, 0.0, 1.0),
 }
 """Direction of the sky in the torso, by the meaning of the words."""
-
-
-def random_pose(rng: np.random.Generator, size: float) -> Pose:
-    """With a rotation of about this size."""
-    q = np.append(size * rng.normal(size=3), 1.0)
-    return Pose(tuple(rng.normal(size=3).tolist()), tuple((q / np.linalg.norm(q)).tolist()))
-
-
-@pytest.mark.parametrize("size", [0.0, 0.01, 1.0, 100.0])
-def test_composition_and_inverse(size: float) -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(200):
-        a, b = random_pose(rng, size), random_pose(rng, size)
-        turn, found = Rotation.from_quat(a.orientation), compose(a, b)
-        np.testing.assert_allclose(found.position, turn.apply(b.position) + a.position, atol=1e-14)
-        turned = turn * Rotation.from_quat(b.orientation)
-        np.testing.assert_allclose(
-            np.reshape(matrix(found.orientation), (3, 3)), turned.as_matrix(), atol=1e-14
-        )
-        assert point_of(a, b.position) == found.position
-        there_and_back = compose(inverse(a), a)
-        np.testing.assert_allclose(there_and_back.position, ORIGIN.position, atol=1e-14)
-        np.testing.assert_allclose(there_and_back.orientation, ORIGIN.orientation, atol=1e-14)
-        assert matrix(a.orientation) == bullet.getMatrixFromQuaternion(a.orientation)
-    assert inverse(ORIGIN) == ORIGIN
-
-
-def test_roll_pitch_yaw() -> None:
-    rng = np.random.default_rng(4)
-    for roll, pitch, yaw in rng.uniform(-1.5, 1.5, (200, 3)).tolist():
-        q = quaternion(roll, pitch, yaw)
-        np.testing.assert_allclose(
-            q, Rotation.from_euler("ZYX", (yaw, pitch, roll)).as_quat(canonical=True), atol=1e-12
-        )
-        assert yaw_of(q) == pytest.approx(yaw, abs=1e-12)
-        assert q == bullet.getQuaternionFromEuler((roll, pitch, yaw))
 
 
 @pytest.mark.parametrize(("body", "engine"), [("nao-v3", "pybullet"), ("nao-v6", "mujoco")])
@@ -113,10 +71,3 @@ def test_laid_down_and_put_back_live() -> None:
         for _ in range(50):
             robot.advance(None)
         assert not robot.truth().fell
-
-
-def test_a_scenario_names_the_pose_and_a_wrong_one_is_refused() -> None:
-    with EmulatedRobot(load_body("nao-v3"), seed=1, scenario=Scenario(start=Start(pose="lie-back"))) as robot:
-        assert robot.truth().fell
-    with pytest.raises(ConfigurationError, match="lie-bak"):
-        EmulatedRobot(load_body("nao-v3"), seed=1, scenario=FLAT, start="lie-bak")

@@ -84,14 +84,6 @@ def test_a_reset_restores_everything() -> None:
         assert robot.take_notices() == said
 
 
-def test_a_plain_scenario_does_not_touch_the_frames() -> None:
-    with (
-        EmulatedRobot(BODY, seed=0, engine="mujoco") as without,
-        EmulatedRobot(BODY, seed=0, engine="mujoco", scenario=load_scenario("flat")) as flat,
-    ):
-        assert cycles(without, 20) == cycles(flat, 20)
-
-
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_every_shipped_scenario_loads_and_the_robot_stands_at_its_start(name: str) -> None:
     scenario = load_scenario(name)
@@ -146,11 +138,6 @@ def test_angles_typed_in_degrees_are_radians_inside() -> None:
 def test_a_mistake_in_a_scenario_is_named(text: str, says: str) -> None:
     with pytest.raises(ConfigurationError, match=says):
         parse_toml(text, "mine.toml", Scenario)
-
-
-def test_an_unknown_scenario_is_an_error_with_a_suggestion() -> None:
-    with pytest.raises(ConfigurationError, match="did you mean 'tiles'"):
-        load_scenario("tile")
 
 
 def test_a_heightfield_comes_from_a_csv_file_beside_the_scenario(tmp_path: Path) -> None:

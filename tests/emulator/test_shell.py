@@ -46,12 +46,3 @@ def test_the_sole_has_the_published_outline_and_limbs_the_published_length(name:
     thigh = np.vstack([part.vertices for part in parts["LHipPitch"]])
     assert thigh[:, 2].min() == pytest.approx(-body.lengths.ThighLength, abs=0.006)
     assert set(link_shapes(body)) - {"Torso"} <= set(parts)  # what touches the world is seen
-
-
-def test_both_sides_mirror_each_other() -> None:
-    parts = shell(load_body("nao-v6"))
-    for link in (link for link in parts if link.startswith("L")):
-        left = np.vstack([part.vertices for part in parts[link]])
-        right = np.vstack([part.vertices for part in parts[f"R{link[1:]}"]])
-        np.testing.assert_allclose(left.max(axis=0)[[0, 2]], right.max(axis=0)[[0, 2]], atol=1e-3)
-        assert left[:, 1].max() == pytest.approx(-right[:, 1].min(), abs=1e-3)

@@ -8,26 +8,20 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.body.joints import INDEX_WITH_MIRROR
-from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages.world import (
-    LayDown,
     PlaceBox,
     PlateUnderFoot,
     Push,
     Remove,
     SetFriction,
-    StandUp,
     SwingPendulum,
     TiltFloor,
 )
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import PhysicsSettings
-from emulator.engine.values import Box
 from emulator.poses import yaw_of
-from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
 from emulator.scenarios.model import Scenario, terrain_of
@@ -47,15 +41,6 @@ def engine(physics: str):
     engine.close()
 
 
-@pytest.fixture
-def pybullet_engine():
-    """The one whose floor has a velocity."""
-    pytest.importorskip("pybullet")
-    engine = open_engine("pybullet", PhysicsSettings())
-    yield engine
-    engine.close()
-
-
 def bob_place(engine: Engine, pendulum: Any) -> np.ndarray:
     """Middle of a pendulum's bob, asked of the engine itself."""
     if hasattr(engine, "simulation"):
@@ -71,7 +56,7 @@ def run(robot: EmulatedRobot, seconds: float) -> None:
         robot.advance(None)
 
 
-@pytest.mark.parametrize(("roll", "pitch"), [(0.0, 5.0), (0.0, -5.0), (4.0, 0.0), (-3.0, 3.0)])
+@pytest.mark.parametrize(("roll", "pitch"), [(0.0, 5.0), (-3.0, 3.0)])
 def test_a_robot_at_rest_on_a_slope_obeys_statics(roll: float, pitch: float, physics: str) -> None:
     """The ground carries the weight, straight up, through the centre of mass; the torso leans as the floor."""
     scenario = Scenario(floor=ScenarioFloor(roll=roll, pitch=pitch))
@@ -121,14 +106,6 @@ def test_a_tilting_floor_turns_about_the_point_under_the_torso_and_takes_the_rob
         assert np.dot(np.subtract(box.position, origin), normal) == pytest.approx(0.01, abs=1e-6)
 
 
-def test_a_floor_that_would_turn_too_fast_is_refused(physics: str) -> None:
-    with (
-        EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot,
-        pytest.raises(FrameError, match="give it"),
-    ):
-        robot.world_events.execute(TiltFloor(pitch=0.3, duration=0.1))
-
-
 def test_a_push_in_flight_changes_the_momentum_by_its_impulse(physics: str) -> None:
     """Free fall is the one place where nothing else pushes horizontally."""
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, lift=1.0) as robot:
@@ -142,25 +119,6 @@ def test_a_push_in_flight_changes_the_momentum_by_its_impulse(physics: str) -> N
         # constant force for 50 ms, then 50 ms of flight: p t^2 / 2 and p t
         way = (0.6 / MASS) * (0.025 + 0.05)
         assert first[0] - start[0] == pytest.approx(way, rel=0.02)
-
-
-def test_a_push_follows_the_heading(physics: str) -> None:
-    scenario = Scenario(start=Start(yaw=90.0))
-    with EmulatedRobot(BODY, engine=physics, seed=0, scenario=scenario, settle=0.0, lift=1.0) as robot:
-        robot.world_events.execute(Push(impulse=(0.5, 0.0, 0.0), duration=0.01))
-        run(robot, 0.05)
-        first = np.array(robot.truth().com)
-        run(robot, 0.1)
-        velocity = (np.array(robot.truth().com) - first) / 0.1
-        np.testing.assert_allclose(MASS * velocity[:2], (0.0, 0.5), atol=2e-3)
-
-
-def test_a_push_on_something_unknown_names_what_there_is(physics: str) -> None:
-    with (
-        EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot,
-        pytest.raises(FrameError, match="LKneePitch"),
-    ):
-        robot.world_events.execute(Push(impulse=(1.0, 0.0, 0.0), target="Nose"))
 
 
 def test_a_movable_box_slides_as_coulomb_says(physics: str) -> None:
@@ -240,15 +198,6 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> Non
         assert [notice.code for notice in robot.take_notices()] == ["world", "world"]
 
 
-def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed(physics: str) -> None:
-    with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot:
-        with pytest.raises(FrameError, match="inside the robot"):
-            robot.world_events.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
-        assert robot.world_events.objects() == ()
-        with pytest.raises(FrameError, match="Nothing called"):
-            robot.world_events.execute(Remove(name="wall"))
-
-
 @pytest.mark.parametrize(
     ("start", "box"),
     [
@@ -266,20 +215,6 @@ def test_a_scenario_with_a_box_in_the_robot_at_its_start_is_refused(
 ) -> None:
     with pytest.raises(ConfigurationError, match=r"Object `crate` of the scenario stands inside nao-v3"):
         EmulatedRobot(BODY, engine=physics, seed=0, scenario=Scenario(start=start, boxes=(box,)))
-
-
-def test_a_plate_that_would_reach_into_the_other_foot_is_not_laid_and_the_run_goes_on(physics: str) -> None:
-    angles = list(POSTURES["StandInit"])
-    for joint, more in (("RHipPitch", -0.25), ("RKneePitch", 0.5), ("RAnklePitch", -0.25)):
-        angles[INDEX_WITH_MIRROR[joint]] += more  # raises the right foot by 2 cm
-    with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, posture=angles) as robot:
-        robot.world_events.execute(PlaceBox(name="plate", size=(0.1, 0.1, 0.01), at=(1.0, 0.0)))
-        robot.world_events.execute(PlateUnderFoot(foot="right", size=(0.3, 0.4, 0.01)))
-        robot.advance(None)
-        (kept,) = robot.world_events.objects()
-        assert kept.position[0] == pytest.approx(1.0)
-        (notice,) = [each for each in robot.take_notices() if each.code == "world-refused"]
-        assert "inside the robot" in notice.text
 
 
 @pytest.mark.parametrize("mass", [0.0, 0.2])
@@ -331,7 +266,7 @@ def sloped(ground: str, gradient: float) -> Scenario:
     return Scenario(heightfield=Heightfield(spacing=0.05, heights=rows))
 
 
-@pytest.mark.parametrize(("start", "yaw"), [(None, 0.0), (None, 90.0), ("crouch", 180.0), ("lie-back", 0.0)])
+@pytest.mark.parametrize(("start", "yaw"), [(None, 90.0), ("lie-back", 0.0)])
 def test_a_robot_starts_on_a_slope_of_heights_as_on_a_tilted_floor(
     start: str | None, yaw: float, physics: str
 ) -> None:
@@ -388,15 +323,6 @@ def test_a_fallen_robot_is_put_back_on_its_feet_where_it_lies(physics: str) -> N
         np.testing.assert_allclose(robot.frame.angle, (0.0, 0.1), atol=0.15)
 
 
-def test_a_movable_box_makes_room_for_a_robot_that_is_put_on_its_feet(physics: str) -> None:
-    with EmulatedRobot(BODY, engine=physics, seed=0) as robot:
-        carry_out(robot, LayDown(pose="lie-back"))
-        for name, x in (("over it", 0.0), ("beside it", 0.8)):
-            carry_out(robot, PlaceBox(name=name, size=(0.1, 0.1, 0.1), at=(x, 0.0), mass=0.3, height=0.25))
-        assert carry_out(robot, StandUp()).endswith(" Box `over it` was there and was taken away.")
-        assert list(robot.world.objects) == ["beside it"]
-
-
 def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
     """A box far from the pivot is lifted by the velocity of its place, without being thrown or left behind."""
     with EmulatedRobot(BODY, seed=0) as robot:
@@ -409,17 +335,3 @@ def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
             (box,) = robot.world_events.objects()
             gaps.append(robot.world.clearance(box.position) - 0.01)
         assert max(map(abs, gaps)) < 2e-4
-
-
-def test_a_tilting_floor_moves_with_the_velocity_that_its_places_tell(pybullet_engine: Engine) -> None:
-    engine = pybullet_engine
-    world = World(engine)
-    world.add_object("far", Box((0.1, 0.1, 0.02)), (0.6, 0.2))
-    world.set_tilt(0.05, -0.1, (0.1, 0.0, 0.0), (0.3, -0.5))
-    state = world.objects["far"].thing.state()
-    places = []
-    for time in (-0.01, 0.01):
-        world.set_tilt(0.05 + 0.3 * time, -0.1 - 0.5 * time, (0.1, 0.0, 0.0))
-        places.append(np.array(world.objects["far"].thing.state().position))
-    np.testing.assert_allclose(state.velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
-    assert np.linalg.norm(state.angular_velocity) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)

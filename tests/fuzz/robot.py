@@ -34,8 +34,8 @@ from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import ActuatorFrame, LeaseRequest, SensorFrame, decode, encode
 from bridge.messages.topics import TOPICS
-from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.supervisor import Child, free_endpoint
+from tests.bare_loop import BareLoop
 from tests.loops import repeat_while, until
 from tests.ports import free_port
 

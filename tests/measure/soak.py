@@ -28,9 +28,9 @@ from bridge.types import Array
 from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured
-from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.supervisor import Child
+from tests.bare_loop import BareLoop
 
 SETTLED: Final = 60.0
 """s after which memory counts: libraries are loaded and buffers full."""

@@ -41,19 +41,6 @@ def test_one_robot_begins_anew_and_the_others_go_on() -> None:
         assert frames.time.tolist() == [0.0, batch.cycle]
 
 
-def test_wrong_arrays_are_refused_in_words() -> None:
-    pytest.importorskip("mujoco")
-    with pytest.raises(ConfigurationError, match="at least one seed"):
-        nao_hil.Batch([])
-    with pytest.raises(ConfigurationError, match="wear has 3 values for 2 seeds"):
-        nao_hil.Batch([1, 2], wear=WEARS)
-    with nao_hil.Batch([1, 2]) as batch:
-        with pytest.raises(ConfigurationError, match=r"position has the shape \(3, 25\)"):
-            batch.step(np.zeros((3, 25)))
-        with pytest.raises(ConfigurationError, match="1 seeds for 2 robots"):
-            batch.reset([1])
-
-
 def test_a_number_that_is_out_of_range_moves_no_robot() -> None:
     pytest.importorskip("mujoco")
     with nao_hil.Batch([1, 2]) as robots:
@@ -75,13 +62,6 @@ def test_robots_that_are_not_there_or_meant_twice_are_refused(which: object) -> 
             with pytest.raises(ConfigurationError, match="different indices from 0 to 1 are expected"):
                 call()
         assert batch.frames.time.tolist() == [0.0, 0.0]
-
-
-def test_truth_values_choose_robots() -> None:
-    pytest.importorskip("mujoco")
-    with nao_hil.Batch([1, 2]) as batch:
-        frames = batch.step(batch.frames.position, which=[False, True])
-        assert frames.time.tolist() == [0.0, batch.cycle]
 
 
 @pytest.mark.parametrize("seeds", [[3, -1], ["x", 1], [1.5, 2]])
@@ -107,15 +87,3 @@ def test_what_is_closed_says_so(engine: str) -> None:
     for call in (lambda: batch.step(position), batch.reset, robot.step, robot.reset, robot.picture):
         with pytest.raises(ConfigurationError, match="is closed; make a new one"):
             call()
-
-
-def test_a_robot_with_a_wrong_seed_or_picture_goes_on() -> None:
-    pytest.importorskip("mujoco")
-    with nao_hil.Robot(engine="mujoco") as robot:
-        robot.step()
-        with pytest.raises(ConfigurationError, match="whole number from 0 on"):
-            robot.reset(-1)
-        for size in (0, -1, 3.5, 10_000):
-            with pytest.raises(ConfigurationError, match="whole pixels from 1 to 4096"):
-                robot.picture(size, 5)  # type: ignore[arg-type]
-        assert robot.frame.time == robot.cycle

@@ -161,15 +161,6 @@ def test_an_event_ends_a_behaviour_and_a_box_that_waits_is_named(tmp_path: Path)
     assert player.ended.wait(5.0) and list(player.waiting()) == []
 
 
-def test_an_event_of_the_outermost_box_leads_into_its_diagram(tmp_path: Path) -> None:
-    inner = box(1, "Say", "    def onInput_onStart(self, v): said.append(v); self.onStopped()\n")
-    inside = timeline(diagram(inner, (0, 5, 1, 2), (1, 4, 0, 4)))
-    player, robot, said = play(tmp_path, inside, EVENT.format(1))
-    until(lambda: "FrontTactilTouched" in robot.told)
-    robot.tell("FrontTactilTouched", 1.0)
-    assert player.ended.wait(5.0) and said == [1.0]
-
-
 def test_stop_ends_the_boxes_inside_and_unloads_their_scripts(tmp_path: Path) -> None:
     script = (
         "    def onInput_onStart(self): said.append('begins')\n    def onUnload(self): said.append('ends')\n"
@@ -207,19 +198,6 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
     assert sent[1][3] == [[pytest.approx(0.16), pytest.approx(0.36)]]
 
 
-def test_a_keyframe_is_loaded_at_its_frame_and_sends_on_load(tmp_path: Path) -> None:
-    """Only the diagram at the timeline's start receives its onStart as well."""
-    first = diagram(says(1, "first") + says(2, "start"), (0, 1, 1, 2), (0, 2, 2, 2))
-    second = diagram(says(1, "second") + says(2, "never"), (0, 1, 1, 2), (0, 2, 2, 2))
-    keys = '<Key frame="12" value="0"/>'
-    inside = timeline(first, enable=1, curves=f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>')
-    inside += timeline(second, enable=1, frame=6)
-    boxes = box(1, "Timeline", "", inside) + says(2, "root")
-    player, _, said = play(tmp_path, timeline(diagram(boxes, (0, 2, 1, 2), (0, 1, 2, 2), (1, 4, 0, 4))))
-    assert player.ended.wait(10.0) and player.could_not == []
-    assert sorted(said[:3]) == ["first", "root", "start"] and said[3:] == ["second"]
-
-
 def test_a_timeline_plays_from_its_start_frame_to_its_end_frame(tmp_path: Path) -> None:
     """25 frames a second: frames 26 to 51 last 1 s. The curve is cut at 51, 1 / 200 of the way from 0 to 90."""
     keys = "".join(f'<Key frame="{f}" value="{v}"/>' for f, v in ((25, -60), (50, 0), (250, 90)))
@@ -254,15 +232,6 @@ def test_a_script_pauses_the_timeline_around_it_and_goes_to_a_frame_by_its_name(
     assert player.ended.wait(5.0) and said == ["waits", "story"] and player.could_not == []
 
 
-def test_a_timeline_that_a_script_has_paused_is_nothing_that_runs(tmp_path: Path) -> None:
-    script = "    def onInput_onStart(self): self.getParentTimeline().pause(); said.append('paused')\n"
-    inside = timeline(diagram(box(1, "Stop", script), (0, 1, 1, 2)), enable=1)
-    inside += timeline(diagram(""), enable=1, frame=500)
-    player, _, said = play(tmp_path, timeline(diagram(box(1, "Play", "", inside), (0, 2, 1, 2))))
-    until(lambda: said == ["paused"])
-    until(lambda: player.idle > 0.2, "a player without anything that runs")
-
-
 def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path) -> None:
     """Its file of topics is beside the behaviour; only the topic of the robot's language becomes active."""
     (tmp_path / "Talk").mkdir()
@@ -282,15 +251,6 @@ def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path
     robot.tell("onStopped", 1)
     assert player.ended.wait(5.0) and player.could_not == []
     assert [call[1] for call in robot.calls if call[0] == "unload"] == ["Talk_enu", "Talk_frf"]
-
-
-def test_an_empty_box_stays_and_a_script_without_a_class_runs(tmp_path: Path) -> None:
-    comment = '<Box name="Note" id="1"><Input name="onStart" nature="2" id="2"/></Box>'
-    code = comment.replace("Note", "Code").replace('id="1"', 'id="2"', 1)
-    code = code.replace("</Box>", "<script><content>said.append(sys.byteorder)</content></script></Box>")
-    player, _, said = play(tmp_path, timeline(diagram(comment + code, (0, 2, 1, 2), (0, 2, 2, 2))))
-    until(lambda: said != [])
-    assert said == [sys.byteorder] and player.could_not == []
 
 
 def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Path) -> None:

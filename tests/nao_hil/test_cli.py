@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 import shlex
@@ -12,7 +11,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import msgspec
 import pytest
 
 from bridge.body import load_body
@@ -20,14 +18,10 @@ from bridge.messages.world import Push
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.cli.main import run
-from nao_hil.cli.walk import in_words
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import TIMEOUT, repeat_while
 from tests.ports import free_endpoint
 from tests.processes import REPOSITORY, python
-from walker.controller import Controller, WalkOrder
-from walker.gaits import GAITS, gait_parameters, make_gait
-from walker.process import WalkResult
 
 
 def shown(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -57,15 +51,6 @@ def test_what_config_shows_config_takes_back(capsys: pytest.CaptureFixture[str],
     assert config.parameters["e_s1"] == 0.03  # figure 3.6
     assert shown(capsys, "config", "show", "--config", str(file)) == file.read_text()
     assert json.loads(shown(capsys, "config", "check", str(file), "--json"))["kind"] == "run"
-
-
-def test_the_whole_configuration_of_every_gait_is_a_file_that_is_good(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    for gait in GAITS:
-        file = tmp_path / f"{gait}.toml"
-        file.write_text(shown(capsys, "config", "show", "--gait", gait))
-        assert "a good run file" in shown(capsys, "config", "check", str(file))
 
 
 @pytest.mark.parametrize(
@@ -207,33 +192,6 @@ def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp
     assert "what went wrong" in shown(capsys, "info", str(file))
 
 
-def test_info_names_no_gait_of_a_controller_that_is_none_of_ours(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    body = load_body("nao-v3")
-    gait = make_gait("static", gait_parameters("static"), body)
-    telemetry = Controller(body, gait, WalkOrder(steps=2), body.cycle).telemetry
-    for name, ours in (("ours", True), ("theirs", False)):
-        with (
-            EmulatedRobot(body, seed=0, engine="mujoco") as robot,
-            Recorder(tmp_path / name, RunConfig(gait="static")) as recorder,
-        ):
-            recorder.sensors(robot.frame, robot.truth())
-            if ours:
-                recorder.message(telemetry)
-        assert ("static" in shown(capsys, "info", str(tmp_path / name))) is ours
-
-
-@pytest.mark.parametrize("command", ["robots", "gaits", "scenarios", "experiments"])
-def test_what_there_is_comes_as_one_json_object_by_name(
-    capsys: pytest.CaptureFixture[str], command: str
-) -> None:
-    (line,) = shown(capsys, command, "--json").splitlines()
-    assert {"robots": "nao-v6", "gaits": "static", "scenarios": "flat", "experiments": "slope"}[
-        command
-    ] in json.loads(line)
-
-
 @pytest.mark.parametrize(
     ("redirection", "code", "says"),
     [
@@ -315,29 +273,6 @@ def test_a_scenario_that_a_run_refuses_is_refused_by_its_check_and_costs_no_earl
     assert [path.name for path in run.iterdir()] == ["summary.json"]
 
 
-def test_up_and_info_tell_one_tilt_of_a_robot_that_lies(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    lies = ("--mode", "in-process", "--engine", "mujoco", "--start", "lie-back", "--no-recover")
-    up = json.loads(shown(capsys, "up", *lies, "--duration", "0.2", "--out", str(tmp_path), "--json"))
-    assert up["torso_max"] == json.loads(shown(capsys, "info", str(tmp_path), "--json"))["torso_max"]
-    assert up["torso_max"] == pytest.approx(math.pi / 2, abs=0.1)
-
-
-def test_a_motion_tells_what_it_was_played_with(capsys: pytest.CaptureFixture[str]) -> None:
-    options = ("--robot", "nao-v6", "--engine", "mujoco", "--seed", "4", "--json")
-    config = json.loads(shown(capsys, "motion", "crouch", *options))["config"]
-    assert [config[key] for key in ("robot", "engine", "start", "seed")] == ["nao-v6", "mujoco", "stand", 4]
-
-
-@pytest.mark.parametrize("command", [["info"], ["plot"], ["replay"], ["compare"], ["view", "--replay"]])
-def test_the_folder_of_a_run_stands_for_its_recording(
-    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "frames.mcap").write_text("no recording")
-    assert f"{tmp_path}/frames.mcap: is not an MCAP file" in refused(capsys, *command, str(tmp_path))
-
-
 def test_a_demo_beside_another_robot_commands_neither(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -346,31 +281,3 @@ def test_a_demo_beside_another_robot_commands_neither(
         assert run(["demo", "--no-view", "--listen", listen, "--out", str(tmp_path / "run")]) == 3
     assert f"Cannot listen on {listen}: Address already in use" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-STOOD = WalkResult(
-    body="nao-v3",
-    state="stand",
-    done=True,
-    steps=4,
-    displacement=(0.072, -0.011, -0.0227),
-    fell=False,
-    fall_cause="",
-    late=False,
-    interruptions=0,
-    ticks=800,
-    skipped=0,
-    tick_p50=0.0,
-    tick_p99=0.0,
-)
-
-
-def test_a_walk_ends_with_a_sentence() -> None:
-    assert in_words(STOOD) == (
-        "The robot stands after 4 steps: 0.072 m ahead, -0.011 m to the left, turned by "
-        "-1.3 deg, by its odometry."
-    )
-
-
-def test_a_walk_on_a_robot_that_lies_says_how_it_gets_up() -> None:
-    assert "get-up" in in_words(msgspec.structs.replace(STOOD, state="fallen", fell=True, steps=0))

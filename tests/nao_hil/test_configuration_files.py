@@ -11,29 +11,8 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.cli.config import KINDS, kind_of
-from nao_hil.runs.build import check_run, clipped_velocity
+from nao_hil.runs.build import check_run
 from nao_hil.runs.config import RunConfig, run_config
-
-
-def test_a_run_with_files_of_ones_own_can_be_run_again_from_another_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    config = run_config(None, robot="mine.toml", scenario="worlds/ice.toml", wear="nominal")
-    assert config.robot == str(tmp_path / "mine.toml")
-    assert config.scenario == str(tmp_path / "worlds" / "ice.toml")
-    assert config.wear == "nominal"
-
-
-def test_names_stay_names() -> None:
-    config = run_config(None, robot="nao-v3.2")
-    assert (config.robot, config.wear, config.scenario) == ("nao-v3.2", "nominal", "flat")
-
-
-def test_a_velocity_has_three_numbers() -> None:
-    assert run_config(None, velocity=(0.1, 0.0, -0.2)).velocity == (0.1, 0.0, -0.2)
-    with pytest.raises(ConfigurationError, match="it takes three"):
-        run_config(None, velocity=(0.1, 0.0))
 
 
 def test_a_walk_of_a_robot_that_hangs_is_refused() -> None:
@@ -41,13 +20,6 @@ def test_a_walk_of_a_robot_that_hangs_is_refused() -> None:
     check_run(hangs)  # for a walker that waits for orders
     with pytest.raises(ConfigurationError, match="hangs"):
         check_run(hangs, waits=False)
-
-
-def test_a_velocity_beyond_the_limits_of_the_gait_is_told() -> None:
-    """Limit of 0.40 m/s forward (gait.toml)."""
-    told = clipped_velocity(RunConfig(gait="omni", velocity=(5.0, 0.0, 0.0)))
-    assert "5 m/s" in told and "0.4 m/s" in told
-    assert not clipped_velocity(RunConfig(gait="omni", velocity=(0.2, 0.0, 0.0)))
 
 
 def test_paths_in_a_file_are_relative_to_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,13 +57,6 @@ def test_a_wrong_unit_is_named_with_the_number(
     got = re.escape(replacement.split("= ")[-1])
     with pytest.raises(ConfigurationError, match=re.escape(named) + ".*expected a number [<>]= .*, got " + got):
         KINDS[kind_of(file)][1](file)
-
-
-def test_a_file_whose_keys_two_kinds_know_is_the_one_that_it_is_good_as(tmp_path: Path) -> None:
-    file = tmp_path / "file.toml"
-    for text, kind in (("[start]\nx = 0.5\nyaw = 90\n", "scenario"), ('start = "sit"\n', "run")):
-        file.write_text(text)
-        assert kind_of(file) == kind
 
 
 @pytest.mark.parametrize(

@@ -17,11 +17,10 @@ from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import total_mass
 from bridge.guard import Guard
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
-from bridge.messages.faults import JointStuck
 from bridge.recording.recorder import Recorder
 from bridge.rotations import rotation
 from emulator.robot import EmulatedRobot
-from emulator.scenarios.events import FaultEvent, FrictionEvent, PushEvent
+from emulator.scenarios.events import FrictionEvent, PushEvent
 from emulator.scenarios.model import Scenario
 from emulator.wear import load_wear
 from nao_hil.analysis.diagnosis import (
@@ -32,7 +31,6 @@ from nao_hil.analysis.diagnosis import (
     explain,
     symptoms_of,
 )
-from nao_hil.analysis.diagnosis.balance import true_pose
 from nao_hil.analysis.diagnosis.symptoms import Kind
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
@@ -70,15 +68,6 @@ def pushed(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Cycle], Path]
     path = tmp_path_factory.mktemp("pushed") / "frames.mcap"
     scenario = Scenario(pushes=(PushEvent(time=4.0, impulse=4.0, direction=90.0),))
     return walk("static", scenario, 8.0, path), path
-
-
-def test_the_ground_truth_placed_by_forward_kinematics_has_the_emulators_centre_of_mass(
-    quiet: list[Cycle],
-) -> None:
-    kinematics = FloatingBase(BODY)
-    for cycle in quiet[::50]:
-        assert cycle.truth is not None
-        assert true_pose(kinematics, cycle.truth).com == pytest.approx(cycle.truth.com, abs=1e-6)
 
 
 def test_the_sensors_alone_follow_a_static_walk_to_a_centimetre() -> None:
@@ -167,12 +156,6 @@ def test_a_push_that_fells_is_named_before_the_zmp(pushed: tuple[list[Cycle], Pa
     assert diagnose(load(path)) == diagnosis  # from the file as from the frames
 
 
-def test_the_sensors_alone_tell_of_a_fall_too(pushed: tuple[list[Cycle], Path]) -> None:
-    diagnosis = explain(symptoms_of([m._replace(truth=None) for m in pushed[0]], BODY))
-    assert diagnosis is not None and diagnosis.first is not None
-    assert 4.0 < diagnosis.first.time < diagnosis.fell
-
-
 def test_a_floor_that_turns_to_ice_makes_feet_slip() -> None:
     cycles = walk("dynamic", Scenario(frictions=(FrictionEvent(time=3.5, friction=0.03),)), 6.0)
     kinds = [s for s in symptoms_of(cycles, BODY) if s.kind == "slip"]
@@ -186,13 +169,6 @@ def test_cycles_without_an_answer_are_told(quiet: list[Cycle]) -> None:
     ]
     (missed, *_) = [s for s in symptoms_of(late, BODY) if s.kind == "missed"]
     assert missed.time == pytest.approx(3.0, abs=0.21)
-
-
-def test_a_controller_that_is_only_coming_misses_nothing(quiet: list[Cycle]) -> None:
-    late = [
-        m._replace(sensors=msgspec.structs.replace(m.sensors, missed=min(20, m.sensors.seq))) for m in quiet
-    ]
-    assert not [s for s in symptoms_of(late, BODY) if s.kind == "missed"]
 
 
 def edited(cycles: list[Cycle], begin: int, **fields: object) -> list[Cycle]:
@@ -211,12 +187,6 @@ def test_a_leg_joint_that_alone_has_no_stiffness_is_named(quiet: list[Cycle]) ->
     assert (limp.kind, limp.time) == ("limp", pytest.approx(300 * BODY.cycle)) and "LKneePitch" in limp.text
     assert symptoms_of(edited(quiet, 300, stiffness=stiffness(("HeadYaw", "LHand"))), BODY) == []
     assert symptoms_of(edited(quiet, 300, stiffness=stiffness(JOINTS)), BODY) == []  # by order, as at rest
-
-
-def test_a_pause_of_the_commands_is_named_with_its_beginning(quiet: list[Cycle]) -> None:
-    assert quiet[330].walk is not None and quiet[330].walk.state == "walk"
-    (pause,) = symptoms_of(edited(quiet, 300, command=299)[:400], BODY)
-    assert (pause.kind, pause.time) == ("missed", pytest.approx(299 * BODY.cycle))
 
 
 @pytest.mark.parametrize("kind", ["limp", "missed", "world"])
@@ -255,37 +225,6 @@ def test_symptoms_that_were_overcome_are_not_in_the_chain() -> None:
     assert explain([early, later]) is None
     alone = explain([fall])
     assert alone is not None and alone.sentence == "The robot fell at 5.60 s, without a sign before."
-
-
-def test_what_is_done_to_a_robot_that_is_falling_already_is_told_in_its_place_and_not_blamed() -> None:
-    first = Symptom(4.8, "early", "the left foot touched down early")
-    push = Symptom(5.0, "world", "Torso is pushed with 1 N s over 0.1 s")
-    fall = Symptom(5.6, "fall", "the robot fell")
-    diagnosis = explain([first, push, fall])
-    assert diagnosis is not None
-    assert (diagnosis.first, diagnosis.chain, diagnosis.before) == (first, (first, push, fall), None)
-
-
-def test_a_reset_begins_anew(quiet: list[Cycle]) -> None:
-    observer = BalanceEstimator(BODY)
-    watch = Symptoms(observer)
-    for cycle in [*quiet, *quiet]:
-        assert watch.update(observer.update(cycle)) == []
-
-
-def test_a_knee_that_jams_is_named() -> None:
-    scenario = Scenario(faults=(FaultEvent(time=3.2, fault=JointStuck(joint="LKneePitch")),))
-    diagnosis = explain(symptoms_of(walk("dynamic", scenario, 9.0), BODY))
-    assert diagnosis is not None and diagnosis.before is not None
-    assert "joint-stuck:LKneePitch" in diagnosis.sentence
-
-
-def test_a_sign_that_lasted_only_after_a_push_is_a_sign_of_it() -> None:
-    edge = Symptom(3.98, "zmp", "the ZMP left the support polygon", counted=4.2)
-    push, fall = Symptom(4.0, "world", "Torso is pushed"), Symptom(4.6, "fall", "the robot fell")
-    diagnosis = explain([edge, push, fall])
-    assert diagnosis is not None and diagnosis.before == push
-    assert [s.kind for s in diagnosis.chain] == ["world", "zmp", "fall"]
 
 
 class Troubled:

@@ -55,21 +55,6 @@ def test_a_value_that_is_set_stands_beside_the_default_in_force(tmp_path: Path) 
     assert found == {"start": ["stand", "sit"], "controller.damping.roll": [shipped, 0.07]}
 
 
-def test_a_default_that_is_spelt_out_is_no_difference(tmp_path: Path) -> None:
-    spelt = {"controller": {"switches": {"torso": "none"}}, "start": "stand"}
-    assert differing(tmp_path, {"gait": "omni"}, {"gait": "omni"} | spelt) == {}
-
-
-def test_parameters_of_another_gait_are_none(tmp_path: Path) -> None:
-    found = differing(tmp_path, {"gait": "omni"}, {"gait": "dynamic", "parameters": {"S_a0": 0.02}})
-    assert found == {"gait": ["omni", "dynamic"], "parameters.S_a0": [None, 0.02]}
-
-
-def test_a_recording_of_a_robot_has_no_defaults_of_a_run(tmp_path: Path) -> None:
-    found = differing(tmp_path, None, {"seed": 4})
-    assert found["seed"] == [None, 4] and found["side"] == ["real", None]
-
-
 def test_events_of_one_run_only_are_named(tmp_path: Path) -> None:
     first, second = (
         recorded(tmp_path, "a", {}),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import socket
 from importlib.metadata import PackageNotFoundError, version
 
 import pytest
@@ -40,29 +38,6 @@ def test_verdicts(finding: doctor.Finding, verdict: str, word: str) -> None:
     assert finding.verdict == verdict
     assert word in finding.value
     assert finding.advice
-
-
-def test_a_port_in_use_is_seen_and_a_free_one_too() -> None:
-    with socket.socket() as holder:
-        holder.bind(("127.0.0.1", 0))
-        holder.listen()
-        port = holder.getsockname()[1]
-        taken = doctor.port_finding(port, "of the link", "another --port")
-        assert (taken.verdict, f"port {port}" == taken.name) == ("warning", True)
-        assert taken.advice == "another --port"
-    assert doctor.port_finding(port, "of the link", "another --port").verdict == "good"
-
-
-def test_json_is_one_object_on_the_last_line(capsys: pytest.CaptureFixture[str]) -> None:
-    code = run(["doctor", "--json"])
-    result = json.loads(capsys.readouterr().out)
-    assert result["healthy"] is (code == 0)
-    names = [f["name"] for f in result["findings"]]
-    assert names[:6] == ["python", "cores", "timer", "real-time scheduling", "port 7447", "port 8080"]
-    assert "websockets" in names
-    timer = result["findings"][2]
-    assert "of 1" in timer["value"] and "us (p50)" in timer["value"]
-    assert all(f["verdict"] in ("good", "warning", "bad") and f["advice"] for f in result["findings"])
 
 
 def test_findings_that_keep_it_from_working_have_exit_code_3(

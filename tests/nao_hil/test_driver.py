@@ -38,12 +38,6 @@ def test_bytes_of_a_terminal_become_keys(data: bytes, keys: list[str]) -> None:
     assert keys_of(data) == keys
 
 
-def test_five_presses_make_the_gaits_own_velocity() -> None:
-    assert SPEED_STEPS == 5
-    assert DRIVER.velocity(typed(["w"] * 5)) == pytest.approx((0.015, 0.0, 0.0))
-    assert DRIVER.velocity(typed(["w", "w", "s"])) == pytest.approx((0.003, 0.0, 0.0))
-
-
 def test_keys_become_commands() -> None:
     assert DRIVER.command(REST, typed(["w"])) == WalkCommand(op="walk", velocity=(0.003, 0.0, 0.0), hold=HOLD)
     walking = typed(["w", "w"])
@@ -56,11 +50,6 @@ def test_keys_become_commands() -> None:
     )
     assert DRIVER.command(walking, typed(["Esc"], walking)) == WalkCommand(op="stop")
     assert DRIVER.command(walking, typed(["?", "F", "\xc3"], walking)) is None
-
-
-def test_a_stop_is_told_also_to_a_robot_that_seems_to_stand() -> None:
-    for key in (" ", "x"):
-        assert DRIVER.command(REST, typed([key]), key) == WalkCommand(op="stop")
 
 
 class Walks:
@@ -78,6 +67,11 @@ class Walks:
 
     def stop(self) -> WalkStatus:
         return self.send(WalkCommand(op="stop"))
+
+
+def test_a_stop_is_told_also_to_a_robot_that_seems_to_stand() -> None:
+    for key in (" ", "x"):
+        assert DRIVER.command(REST, typed([key]), key) == WalkCommand(op="stop")
 
 
 @pytest.mark.parametrize("key", [" ", "x", "g", "w"])
@@ -103,11 +97,6 @@ def test_another_gait_begins_slowly() -> None:
     fast = typed(["w"] * 5, DriveTarget("static", "robust", admittance=True))
     command = DRIVER.command(fast, typed(["g"], fast))
     assert command == WalkCommand(op="walk", velocity=(0.04, 0.0, 0.0), gait="dynamic", hold=HOLD)
-
-
-def test_whoever_takes_over_begins_at_rest() -> None:
-    status = walk_status(state="walk", gait="dynamic", admittance=False, velocity=(0.1, 0.0, 0.0))
-    assert DRIVER.at_rest(status) == DriveTarget("dynamic", "none", admittance=False)
 
 
 @pytest.mark.parametrize(

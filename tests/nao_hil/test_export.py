@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from bridge.body import TORSO, joint_tree, load_body
-from emulator.wear import load_wear
 from nao_hil.cli.main import run
 from nao_hil.experiments import torso_step
 from nao_hil.experiments.context import Context
@@ -47,18 +46,6 @@ def test_masses_and_places_of_the_links_are_the_data_sheets(exported: Path) -> N
     place = sum(model.body(name).mass[0] * data.body(name).xipos for name in where if name != TORSO)
     torso = body.links[TORSO]
     np.testing.assert_allclose(com, place + torso.mass * np.array(torso.com), atol=1e-5)
-
-
-def test_the_drives_of_the_mujoco_model_are_the_wear_profiles(tmp_path: Path) -> None:
-    file = tmp_path / "nao.xml"
-    assert run(["export", "mjcf", "--robot", "nao-v6", "--wear", "worn", "--out", str(file)]) == 0
-    model, wear = mujoco.MjModel.from_xml_path(str(file)), load_wear("worn").servo
-    assert np.ptp(model.joint("LKneePitch gear").range) == pytest.approx(wear.backlash.KneePitch)
-    assert model.actuator_delay[model.actuator("LKneePitch").id] == pytest.approx(wear.delay)
-    assert model.tendon_frictionloss[model.tendon("LKneePitch").id] == pytest.approx(wear.dry_friction)
-    # rotor inertia and back-EMF: their ratio is the motor's time constant
-    knee = model.joint("LKneePitch")
-    assert knee.armature[0] / knee.damping[0] == pytest.approx(wear.motor_time_constant, rel=1e-4)
 
 
 def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,31 +29,23 @@ ONE_ROW: Final = "time,command.HeadYaw,position.HeadYaw\n0,0,0\n0.01,0,0\n0.02,0
 TOML: Final = ".toml"
 MCAP: Final = ".mcap"
 FILES: Final = {
-    "--config": TOML,
-    "--robot": TOML,
-    "--wear": TOML,
-    "--unseen-wear": TOML,
-    "--scenario": TOML,
-    "--columns": TOML,
-    "--base": TOML,
-    "--space": TOML,
-    "--world": TOML,
-    "--leg-model": ".onnx",
-    "--replay": MCAP,
-    "--study": ".log",
-    "motion name": ".csv",
-    "replay file": MCAP,
-    "info file": MCAP,
-    "plot files": MCAP,
-    "diff runs": MCAP,
-    "compare recording": ".csv",
-    "identify recording": ".log",
-    "export run recordings": MCAP,
-    "export rosbag recording": MCAP,
-    "config check file": TOML,
-    "campaign file": TOML,
-    "run-naoqi program": ".py",
-    "run-choregraphe project": ".xar",
+    name: suffix
+    for suffix, names in {
+        TOML: (
+            "--config, --robot, --wear, --unseen-wear, --scenario, --columns, --base, --space, --world, "
+            "config check file, campaign file"
+        ),
+        ".onnx": ("--leg-model"),
+        MCAP: (
+            "--replay, replay file, info file, plot files, diff runs, export run recordings, export "
+            "rosbag recording"
+        ),
+        ".log": ("--study, identify recording"),
+        ".csv": ("motion name, compare recording"),
+        ".py": ("run-naoqi program"),
+        ".xar": ("run-choregraphe project"),
+    }.items()
+    for name in names.split(", ")
 }
 """Parameter, or command and argument, that names a file to read -> its suffix."""
 MORE_SUFFIXES: Final = {
@@ -61,63 +53,14 @@ MORE_SUFFIXES: Final = {
     "compare recording": (MCAP, ".csv.gz", ".log"),
     "run-choregraphe project": (".pml",),
 }
-OTHERS: Final = frozenset(
-    [
-        "--behavior",
-        "--body-id",
-        "--called",
-        "--cluster",
-        "--connect",
-        "--controller",
-        "--cycle",
-        "--distro",
-        "--engine",
-        "--floor",
-        "--format",
-        "--gait",
-        "--head-id",
-        "--home",
-        "--host",
-        "--html",
-        "--install-completion",
-        "--keys",
-        "--kind",
-        "--listen",
-        "--mode",
-        "--name",
-        "--out",
-        "--role",
-        "--router",
-        "--run",
-        "--set",
-        "--show-completion",
-        "--socket",
-        "--stabilizer",
-        "--start",
-        "--study",
-        "--torso",
-        "--url",
-        "--velocity",
-        "--video",
-        "--what",
-        "--yaw",
-        "--to",
-        "--admittance",
-        "--gamepad",
-        "--domain",
-        "arguments",
-        "button",
-        "folder",
-        "number",
-        "person",
-        "query",
-        "ranges",
-        "what",
-        "x",
-        "y",
-        "name",
-    ]
-)
+NO_FILES: Final = """
+--behavior --body-id --called --cluster --connect --controller --cycle --distro --engine --floor --format
+--gait --head-id --home --host --html --install-completion --keys --kind --listen --mode --name --out --role
+--router --run --set --show-completion --socket --stabilizer --start --study --torso --url --velocity --video
+--what --yaw --to --admittance --gamepad --domain arguments button folder number person query ranges what x y
+name
+"""
+OTHERS: Final = frozenset(NO_FILES.split())
 """Names, endpoints, numbers, folders and files to write; devices that are polled."""
 EMPTY_IS_VALID: Final = frozenset({"--config", "--scenario", "--space", "campaign file", "run-naoqi program"})
 BEFORE: Final[dict[str, list[str]]] = {
@@ -241,9 +184,10 @@ def make(folder: Path, kind: str, suffix: str) -> Path:
 
 
 CONTENT: Final = {kind: content() for kind, content in BAD.items()}
+SLOW: Final = ("LZ4 bomb", "chunks of zeros", "chunks of messages")
 FOR_ONE_FORMAT: Final = {
     **dict.fromkeys(("quoted keys", "quoted tables", "many tables", "nested tables"), TOML),
-    **dict.fromkeys(("LZ4 bomb", "chunks of zeros", "chunks of messages"), MCAP),
+    **dict.fromkeys(SLOW, MCAP),
     "many columns": ".csv",
 }
 
@@ -277,6 +221,8 @@ def test_a_bad_file_is_one_sentence_and_exit_code_2(
     for suffix in (FILES[case.key], *MORE_SUFFIXES.get(case.key, ())):
         for kind in ("pipe", "device", "folder", "huge", *BAD):
             if FOR_ONE_FORMAT.get(kind, suffix) != suffix or (kind == "nothing" and case.key in EMPTY_IS_VALID):
+                continue
+            if kind in SLOW and case.key != "info file":  # all commands have one reader of recordings
                 continue
             path = make(tmp_path, kind, suffix)
             arguments = argv(case, path, tmp_path)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from bridge.errors import ConfigurationError
 from nao_hil.cli.main import run
 from nao_hil.files import atomic_path, write_text
 
@@ -48,13 +47,6 @@ def test_a_link_stays_one_and_a_device_is_written_to(tmp_path: Path) -> None:
     assert link.is_symlink() and file.read_text() == "text"
     write_text(Path(os.devnull), "text")
     assert not Path(os.devnull).is_file()
-
-
-def test_a_place_that_is_none_is_one_sentence(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    for file in (tmp_path / "none" / "file", tmp_path / "file" / "file", tmp_path, tmp_path / ("n" * 300)):
-        with pytest.raises(ConfigurationError, match="cannot be written"):
-            write_text(file, "text")
 
 
 def test_an_export_to_a_full_disk_leaves_nothing_behind(

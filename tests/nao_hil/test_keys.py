@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import ConfigurationError
-from bridge.link.certificates import ROLES, load_certificates, split_endpoint, with_keys
+from bridge.link.certificates import ROLES, load_certificates
 from nao_hil.certificates import Keys
 
 
@@ -27,19 +27,6 @@ def test_each_role_has_what_it_needs_and_no_more(folder: Path, role: str) -> Non
     assert files == load_certificates(folder / role, role)
     assert sorted(path.name for path in (folder / role).iterdir()) == ["ca.pem", "certificate.pem", "key.pem"]
     assert stat.S_IMODE(files.private_key.stat().st_mode) == 0o600
-
-
-def test_the_robots_certificate_names_its_hosts(folder: Path) -> None:
-    robot = next(state for state in Keys(folder).state() if state.role == "robot")
-    assert robot.hosts == ["localhost", "127.0.0.1", "::1", "robot.local", "10.0.0.7"]
-    assert robot.days_left == pytest.approx(1.0, abs=0.01)
-
-
-def test_all_may_listen_but_the_robot(folder: Path) -> None:
-    for role in ("controller", "world"):
-        load_certificates(folder / role, "listener")
-    with pytest.raises(ConfigurationError):
-        load_certificates(folder / "robot", "listener")
 
 
 def test_a_role_is_not_taken_for_another(folder: Path) -> None:
@@ -88,17 +75,3 @@ def test_an_authority_is_kept_and_a_broken_one_told(folder: Path) -> None:
     (folder / "ca" / "key.pem").write_text("gone")
     with pytest.raises(ConfigurationError, match="cannot be read"):
         Keys(folder)
-
-
-def test_a_host_must_be_one(folder: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"robot\.local, or an IP address"):
-        Keys(folder).issue("robot", days=1.0, hosts=["not a host"])
-
-
-def test_an_endpoint_carries_its_keys() -> None:
-    endpoint = with_keys("tls/a:1", Path("some/keys"))
-    assert split_endpoint(endpoint) == ("tls/a:1", Path("some/keys"))
-    assert split_endpoint("tcp/a:1") == ("tcp/a:1", None)
-    assert with_keys("tcp/a:1", None) == "tcp/a:1"
-    with pytest.raises(ConfigurationError, match="names its keys already"):
-        with_keys(endpoint, Path("others"))

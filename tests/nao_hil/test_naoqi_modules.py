@@ -28,21 +28,6 @@ def test_a_module_beside_a_program_may_be_in_python_2(tmp_path: Path) -> None:
     assert made.half == 3
 
 
-def test_the_camera_s_numbers_are_the_vendor_s() -> None:
-    """As listed in `alvisiondefinitions.h` of the SDK."""
-    numbers = module("vision_definitions")
-    listed = {"SelectID": 18, "AutoGainID": 13, "FrameRateID": 15, "WhiteBalanceID": 33, "AutoFocusID": 40}
-    assert {name: getattr(numbers, f"kCamera{name}") for name in listed} == listed
-    assert (numbers.kHSMixedColorSpace, numbers.kRawDepthColorSpace) == (16, 23)
-
-
-def test_static_methods_have_the_flat_names_of_the_vendor_s_wrapper() -> None:
-    """As the vendor's sample of landmarks uses them."""
-    almath = module("almath")
-    turned = almath.Transform_from3DRotation(0.0, 0.0, math.pi / 2.0) * almath.Transform(0.5, 0.0, 0.0)
-    assert (turned.r1_c4, turned.r2_c4, turned.r3_c4) == pytest.approx((0.0, 0.5, 0.0), abs=1e-9)
-
-
 @pytest.mark.parametrize("goal", [(0.0, -0.4, 0.0), (0.5, 0.3, 1.0), (-0.5, 0.3, -2.0), (1.0, 0.0, 0.0)])
 def test_a_dubins_way_is_an_arc_a_line_and_an_arc(goal: tuple[float, float, float]) -> None:
     """Both arcs begin along x: their ends are on a circle of the radius, along its tangent."""
@@ -73,11 +58,3 @@ def test_a_foot_turns_in_until_it_touches_the_other_one() -> None:
     other = almath.Pose2D(0.0, 0.09, -0.3)  # the left foot beside the right one: the mirror image
     assert almath.avoidFootCollision(left, right, False, other) is True
     assert other.theta == pytest.approx(-step.theta)
-
-
-def test_a_step_is_clipped_to_an_ellipse_in_its_direction() -> None:
-    almath = module("almath")
-    step = almath.Pose2D(0.08, 0.06, 0.1)
-    assert almath.clipFootWithEllipse(0.05, 0.05, step) is True
-    assert step.toVector() == pytest.approx([0.04, 0.03, 0.1])
-    assert almath.clipFootWithEllipse(-0.05, 0.05, step) is False

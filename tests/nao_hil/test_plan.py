@@ -15,7 +15,7 @@ from emulator.scenarios import Scenario, load_scenario
 from emulator.scenarios.ground import PlacedBox, ScenarioFloor, Start
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.ground import ground_parameters, known_ground
+from nao_hil.runs.ground import known_ground
 from walker.gaits import gait_parameters, make_gait
 from walker.gaits.huang import HuangGait
 
@@ -116,36 +116,3 @@ def test_ground_that_cannot_be_planned_for() -> None:
     ):
         with pytest.raises(ConfigurationError, match=sentence):
             known_ground(scenario, BODY)
-
-
-def test_ground_under_one_foot_only_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    file = tmp_path / "half.toml"
-    file.write_text('[[boxes]]\nname = "b"\nsize = [0.6, 0.5, 0.01]\nat = [0.8, 0.25]\n')
-    assert run(["plan", *NAMED, "--scenario", str(file)]) == 2
-    assert "differs across the walk" in " ".join(capsys.readouterr().err.split())
-
-
-def test_plan_and_walk_refuse_the_same(capsys: pytest.CaptureFixture[str]) -> None:
-    """A slope on which AnkleRoll's range, which AnklePitch narrows, is too small."""
-    assert run(["plan", *NAMED, "--scenario", "slope-5"]) == 2
-    assert "AnkleRoll would stand" in " ".join(capsys.readouterr().err.split())
-
-
-def test_what_is_named_stands_in_the_written_configuration(tmp_path: Path) -> None:
-    assert run(["plan", *NAMED, "--scenario", "step", "--set", "ground={}", "--out", str(tmp_path / "g")]) == 0
-    parameters = load_toml(tmp_path / "g" / "config.toml", RunConfig).parameters
-    assert parameters["ground"] == {"slope": 0.0, "patches": []}
-
-
-@pytest.mark.parametrize("value", ["D_s=nan", "T_c=1e308", "x_0=1e308", "D_s=-inf"])
-def test_numbers_that_are_none_get_a_sentence(value: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["plan", "--set", value]) == 2
-    assert value.partition("=")[0] in capsys.readouterr().err
-
-
-def test_the_scenarios_ground_goes_to_the_gait_that_plans_for_it_only() -> None:
-    assert "ground" in ground_parameters(RunConfig(gait="huang", scenario="step"), BODY)
-    assert "ground" not in ground_parameters(RunConfig(gait="huang"), BODY)
-    assert ground_parameters(RunConfig(gait="static", scenario="step"), BODY) == {}
-    given = RunConfig(gait="huang", scenario="step", parameters={"ground": {}})
-    assert ground_parameters(given, BODY) == {"ground": {}}

@@ -15,22 +15,20 @@ from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
-from bridge.messages import ActuatorFrame, Contact, Notice, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Contact, Notice
 from bridge.recording.recorder import Recorder
-from bridge.validation import unknown_name
 from nao_hil.analysis.plots import PLOTS
 from nao_hil.analysis.plots.balance_figures import torso
 from nao_hil.analysis.plots.draw import FIGURES, draw, missing
 from nao_hil.analysis.plots.motion_figures import cycle
-from nao_hil.analysis.plots.time_axes import explain_marks, falls, fit_to_walk, phases
-from nao_hil.cli.main import run as command
-from nao_hil.cli.plot import chosen, complete
+from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 from nao_hil.runs.run import Run, load
-from tests.frames import standing_frame
+from tests.frames import standing_frame, truth_frame, walk_telemetry
 
 BODY = load_body("nao-v3")
 HEADING = math.radians(30.0)
 CYCLES = 60
+CONTACT = Contact(force=(0.0, 0.0, 24.0), cop=(0.02, 0.0))
 
 
 def record(path: Path, *, robot_alone: bool = False) -> Path:
@@ -46,37 +44,12 @@ def record(path: Path, *, robot_alone: bool = False) -> Path:
             )
             if robot_alone:
                 continue
-            contact = Contact(force=(0.0, 0.0, 24.0), cop=(0.02, 0.0))
-            recorder.write(
-                TruthFrame(
-                    seq=k,
-                    time=time,
-                    torso_position=(*place, 0.3),
-                    torso_orientation=turned,
-                    torso_velocity=(0.1, 0.0, 0.0),
-                    torso_angular_velocity=(0.0, 0.0, 0.0),
-                    joints=joints,
-                    com=(*place, 0.25),
-                    zmp=place if k % 10 else None,
-                    left=contact,
-                    right=contact,
-                    fell=k > 50,
-                )
-            )
-            recorder.write(
-                WalkTelemetry(
-                    seq=k,
-                    state="walk",
-                    phase="SSL" if k < 30 else "DSR",
-                    step=0,
-                    steps=4,
-                    zmp=(0.02, 0.05),
-                    com=(0.02 + x, 0.0),
-                    left=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0),
-                    right=(0.0, -0.05, 0.01 if k < 30 else 0.0, 0.0, 0.0, 0.0),
-                    zmp_measured=(0.03, 0.05) if k else None,
-                )
-            )
+            at = {"torso_position": (*place, 0.3), "torso_orientation": turned, "com": (*place, 0.25)}
+            at |= {"torso_velocity": (0.1, 0.0, 0.0), "zmp": place if k % 10 else None, "fell": k > 50}
+            recorder.write(truth_frame(k, joints=joints, left=CONTACT, right=CONTACT, **at))
+            plan = {"phase": "SSL" if k < 30 else "DSR", "zmp": (0.02, 0.05), "com": (0.02 + x, 0.0)}
+            plan |= {"right": (0.0, -0.05, 0.01 if k < 30 else 0.0, 0.0, 0.0, 0.0)}
+            recorder.write(walk_telemetry(k, zmp_measured=(0.03, 0.05) if k else None, **plan))
             recorder.write(ActuatorFrame(reply_to=k, position=joints, stiffness=(1.0,) * N_JOINTS))
             if k == 20:
                 recorder.write(Notice(seq=k, level="info", code="push", text="A push."))
@@ -92,10 +65,6 @@ def lines(walk: Run, name: str, axis: int = 0) -> dict[str, np.ndarray]:
     figure = Figure()
     FIGURES[name][0](walk, figure)
     return {str(line.get_label()): line.get_xydata() for line in figure.axes[axis].lines}  # type: ignore[misc]
-
-
-def test_every_name_has_a_figure() -> None:
-    assert list(PLOTS) == list(FIGURES)
 
 
 def test_the_truth_is_drawn_in_the_walk_frame(walk: Run) -> None:
@@ -127,13 +96,6 @@ def test_angles_forces_and_ages(walk: Run) -> None:
     np.testing.assert_allclose(figure.axes[0].lines[-1].get_ydata()[1:], 1.0)
 
 
-def test_phases_and_the_fall_are_marked(walk: Run) -> None:
-    assert [phase[0] for phase in phases(walk)] == ["SSL", "DSR"]
-    assert phases(walk)[0][1:] == pytest.approx((0.0, 0.30))
-    assert walk.fell == pytest.approx(0.51)
-    assert falls(walk) == [(pytest.approx(0.51), math.inf)]
-
-
 @pytest.mark.parametrize("name", PLOTS)
 def test_each_plot_is_written(walk: Run, name: str, tmp_path: Path) -> None:
     draw([(walk, "walk.mcap")], name, tmp_path / "plot.svg")
@@ -143,47 +105,13 @@ def test_each_plot_is_written(walk: Run, name: str, tmp_path: Path) -> None:
 
 def test_a_robot_without_truth_and_telemetry_has_plots_too(tmp_path: Path) -> None:
     alone = load(record(tmp_path / "alone.mcap", robot_alone=True))
-    assert {name for name in PLOTS if not missing(alone, name)} == {
-        "torso",
-        "fsr",
-        "cells",
-        "joints",
-        "current",
-        "imu",
-        "path",
-        "cycle",
-    }
+    drawn = {name for name in PLOTS if not missing(alone, name)}
+    assert drawn == set(["torso", "fsr", "cells", "joints", "current", "imu", "path", "cycle"])
     with pytest.raises(ConfigurationError, match="nothing of walk/telemetry was recorded"):
         draw([(alone, "alone.mcap")], "zmp", tmp_path / "no.png")
     draw([(alone, "alone.mcap")], "torso", tmp_path / "torso.png")
     assert (tmp_path / "torso.png").read_bytes().startswith(b"\x89PNG")
     assert not (tmp_path / "no.png").exists()
-
-
-def test_a_picture_of_several_runs_bears_their_names(tmp_path: Path) -> None:
-    for name in ("with", "half"):
-        (tmp_path / name).mkdir()
-        record(tmp_path / name / "frames.mcap")
-    single = record(tmp_path / "walk.mcap")
-    assert command(["plot", str(tmp_path / "with"), str(tmp_path / "half"), "--what", "torso"]) == 0
-    assert [file.name for file in (tmp_path / "with").glob("*.png")] == ["with-and-half-torso.png"]
-    assert command(["plot", *[str(single)] * 5, "--what", "torso", "--out", str(tmp_path / "out")]) == 0
-    assert [f.name for f in (tmp_path / "out").iterdir()] == ["walk-and-walk-and-walk-and-2-more-torso.png"]
-
-
-def test_a_stretch_of_time_is_cut_out(tmp_path: Path) -> None:
-    cut = load(record(tmp_path / "walk.mcap")).between(0.1, 0.2)
-    assert cut["sensors"]["seq"].tolist() == list(range(10, 21))
-
-
-def test_names_are_chosen_completed_and_corrected() -> None:
-    assert chosen("torso, zmp") == ["torso", "zmp"]
-    assert chosen("all") == list(PLOTS)
-    assert complete("torso,c") == ["torso,com", "torso,cells", "torso,control", "torso,current", "torso,cycle"]
-    with pytest.raises(ConfigurationError) as refused:
-        chosen("torzo")
-    assert str(refused.value) == unknown_name("plot", "torzo", [*PLOTS, "all"])
-    assert "did you mean 'torso'" in str(refused.value)
 
 
 def lying(path: Path, *, from_: int, up: int = 1000, turn: float = 0.0) -> Run:
@@ -193,21 +121,10 @@ def lying(path: Path, *, from_: int, up: int = 1000, turn: float = 0.0) -> Run:
             down, yaw = from_ <= k < up, turn * k * BODY.cycle
             roll = 1.5 if from_ - 20 <= k < up else 0.02 * math.sin(0.3 * k)
             recorder.write(standing_frame(k, time=k * BODY.cycle, angle=(roll, 0.01 * math.cos(k))))
-            contact = Contact(force=(0.0, 0.0, 24.0), cop=(0.02, 0.0))
+            turned = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
             recorder.write(
-                TruthFrame(
-                    seq=k,
-                    time=k * BODY.cycle,
-                    torso_position=(0.0, 0.0, 0.3),
-                    torso_orientation=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
-                    torso_velocity=(0.0, 0.0, 0.0),
-                    torso_angular_velocity=(0.0, 0.0, 0.0),
-                    joints=POSTURES["StandInit"],
-                    com=(0.0, 0.0, 0.25),
-                    zmp=None,
-                    left=contact,
-                    right=contact,
-                    fell=down,
+                truth_frame(
+                    k, time=k * BODY.cycle, torso_orientation=turned, left=CONTACT, right=CONTACT, fell=down
                 )
             )
     return load(path)

@@ -5,18 +5,12 @@ The expected values are what Python 2.7 gives, by its language reference and lib
 
 from __future__ import annotations
 
-import importlib
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from nao_hil.naoqi_programs.loading import load_modules
 from nao_hil.naoqi_programs.python2 import put_back
-from nao_hil.naoqi_programs.services import Service
 from nao_hil.naoqi_programs.source import compiled, is_old, program_code
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # files left open
@@ -97,43 +91,6 @@ def test_texts_go_to_and_come_from_functions_of_bytes() -> None:
     assert scope["coded"] == "YQ==61"
 
 
-def test_a_class_is_ordered_by_its_cmp() -> None:
-    scope = run(
-        "class Step(object):\n"
-        "    def __init__(self, time): self.time = time\n"
-        "    def __cmp__(self, other): return cmp(self.time, other.time)\n"
-        "steps = [Step(3), Step(1), Step(2)]\n"
-        "steps.sort()\n"
-        "times = [step.time for step in steps]\n"
-        "found = max(steps).time, Step(1) == steps[0], Step(1) < Step(2), Step(1) != Step(1)\n"
-    )
-    assert (scope["times"], scope["found"]) == ([1, 2, 3], (3, True, True, False))
-
-
-def test_files_hold_the_bytes_that_a_program_wrote(tmp_path: Path) -> None:
-    path = tmp_path / "data"
-    scope = run(
-        "import csv, pickle\n"
-        f"name = {str(path)!r}\n"
-        "f = open(name, 'wb'); f.write('\\xff\\x00Gr\\xc3\\xbc\\n'); f.close()\n"
-        "read = open(name, 'rb').read() == open(name).read() == '\\xff\\x00Gr\\xc3\\xbc\\n'\n"
-        "lines = [line for line in open(name, 'rb')]\n"
-        "with open(name, 'wb') as f: csv.writer(f).writerow(['a', 1])\n"
-        "rows = list(csv.reader(open(name, 'rb')))\n"
-        "with open(name, 'wb') as f: pickle.dump([1, 'x'], f)\n"
-        "loaded = pickle.load(file(name, 'rb'))\n"
-    )
-    assert scope["read"] is True and scope["lines"] == ["\udcff\0Gr\udcc3\udcbc\n"]
-    assert (scope["rows"], scope["loaded"]) == ([["a", "1"]], [1, "x"])
-
-
-def test_a_path_of_windows_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "data").mkdir()
-    (tmp_path / "data" / "moves.txt").write_text("kick")
-    monkeypatch.chdir(tmp_path)
-    assert run("x = open('data\\\\moves.txt').read()\n")["x"] == "kick"
-
-
 def test_errors_and_names_are_those_of_python_2() -> None:
     scope = run(
         "import string, sys, time\n"
@@ -180,49 +137,3 @@ def test_the_python_of_a_program_is_recognized(tmp_path: Path, source: str, old:
     program = tmp_path / "program.py"
     program.write_text(source)
     assert is_old(program_code(program)) is old
-
-
-@pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """A package in Python 2 whose modules import each other by bare names; one is called json."""
-    folder = tmp_path / "oldrobot"
-    (folder / "arms").mkdir(parents=True)
-    (folder / "__init__.py").write_text("from hal import Hal\n")
-    (folder / "hal.py").write_text(
-        "import json\nimport arms.left\nimport arms.left as l\nfrom helper import half\n"
-        "class Hal:\n    x = half(7), json.own, arms.left.side, l.side\n    print 'made'\n"
-    )
-    (folder / "helper.py").write_text("def half(n): return n / 2\n")
-    (folder / "json.py").write_text("own = True\n")
-    (folder / "arms" / "__init__.py").touch()
-    (folder / "arms" / "left.py").write_text("side = 'left'\n")
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    monkeypatch.setattr(sys, "path_hooks", list(sys.path_hooks))
-    yield "oldrobot"
-    sys.path_importer_cache.clear()
-    for name in [name for name in sys.modules if name.partition(".")[0] == "oldrobot"]:
-        del sys.modules[name]
-
-
-def test_a_package_beside_the_program_imports_as_in_python_2(package: str) -> None:
-    load_modules(old=True)
-    assert importlib.import_module(package).Hal.x == (3, True, "left", "left")
-
-
-def test_numbers_of_numpy_and_texts_of_python_2_reach_the_robot() -> None:
-    class Taker:
-        @staticmethod
-        def take(*arguments: Any) -> list[Any]:
-            return list(arguments)
-
-    given = (
-        np.float64(0.5),
-        np.int32(2),
-        np.array([0.1, 0.2]),
-        (np.float32(1.0), "a"),
-        "Gr\udcc3\udcbc",
-        np.bool_(True),
-    )
-    taken = Service(Taker()).take(*given)
-    assert taken == [0.5, 2, [0.1, 0.2], [1.0, "a"], "Grü", True]
-    assert [type(value) for value in taken] == [float, int, list, list, str, bool]

@@ -13,8 +13,6 @@ import pytest
 
 from nao_hil.analysis.report.render import Claim, Picture, Report, ReportPage, ReportTable, write_report
 from nao_hil.cli.main import run
-from nao_hil.experiments.catalogue import EXPERIMENTS
-from nao_hil.experiments.experiment import Experiment
 from tests.loops import TIMEOUT, until
 
 PNG = base64.b64decode(
@@ -62,55 +60,6 @@ def test_an_experiment_ends_with_its_json_and_leaves_a_report(
     assert json.loads((tmp_path / "spring.json").read_text())["n"] == 2
     assert json.loads((tmp_path / "summary.json").read_text()) == data
     assert "32.9 mm" in (tmp_path / "report.html").read_text()
-
-
-def test_the_torso_designs_come_out_as_recomputed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["experiment", "torso-design", "--out", str(tmp_path), "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    for name in ("static", "dynamic", "robust"):
-        assert {"phase_margin_deg", "gain_margin", "overshoot", "numerator_z", "denominator_z"} <= set(
-            data[name]
-        )
-    assert data["static"]["numerator_z"] == pytest.approx([0.17738, -0.51181, 0.49248, -0.15796], rel=0.01)
-    assert data["dynamic"]["gain_margin"] == pytest.approx(1.52, rel=0.01)
-
-
-def test_an_unknown_experiment_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["experiment", "obstacel"]) == 2
-    error = capsys.readouterr().err
-    assert "did you mean 'obstacle'" in error and "Traceback" not in error
-
-
-def test_a_changed_parameter_out_of_a_file_leaves_the_robot_nominal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text('gait = "static"\n[controller.leg]\nD = 100.0\n')
-    out = tmp_path / "out"
-    assert (
-        run(["experiment", "spring", "--seeds", "1", "--config", str(file), "--out", str(out), "--json"]) == 0
-    )
-    assert json.loads(capsys.readouterr().out)["wear"] == "nominal"
-    assert "D = 100.0" in (out / "report.html").read_text()
-
-
-def test_all_of_the_thesis_are_there(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["experiments", "--json"]) == 0
-    listed = json.loads(capsys.readouterr().out)
-    assert set(listed) == set(EXPERIMENTS)
-    nine = [name for name, entry in EXPERIMENTS.items() if entry.thesis]
-    assert sorted(nine) == [
-        "dynamic-torso",
-        "dynamic-walk",
-        "obstacle",
-        "slope",
-        "spring",
-        "static-walk",
-        "torso-design",
-        "torso-drift",
-        "torso-step",
-    ]
-    assert all(isinstance(entry.load(), Experiment) for entry in EXPERIMENTS.values())
 
 
 def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:

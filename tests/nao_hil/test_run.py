@@ -57,22 +57,6 @@ def test_a_run_is_the_same_live_and_recorded(live_and_recorded: tuple[Run, Run])
     assert list(live.cycles()) == list(recorded.cycles())
 
 
-def test_a_value_that_is_not_there_is_nan_and_lights_that_are_dark_are_zero(
-    live_and_recorded: tuple[Run, Run],
-) -> None:
-    truth = live_and_recorded[1]["world/truth"]
-    assert np.isnan(truth["zmp"][::2]).all() and truth["zmp"][1::2, 0] == pytest.approx(
-        0.01 * np.arange(1, 20, 2)
-    )
-    assert truth["leds"].shape == (20, N_LEDS) and truth["leds"][:, 0].tolist() == [*[0] * 11, *range(11, 20)]
-
-
-def test_the_row_in_force_is_the_last_one_not_beyond(live_and_recorded: tuple[Run, Run]) -> None:
-    walk = live_and_recorded[1]["walk/telemetry"]
-    assert walk.last("seq", [-1, 0, 2, 3, 19]).tolist() == [-1, 0, 0, 1, 6]
-    assert walk["phase"][walk.last("seq", [8, 9])].tolist() == ["SSL", "SSR"]
-
-
 def test_a_stretch_has_its_tables_and_its_cycles(live_and_recorded: tuple[Run, Run]) -> None:
     run = live_and_recorded[1]
     part = run.between(5 * BODY.cycle, 8 * BODY.cycle)

@@ -9,7 +9,6 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.cli.main import run
-from nao_hil.runs.capture import free_name
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.run import load
@@ -57,23 +56,6 @@ def test_a_run_replaces_an_earlier_one_only_when_it_is_told_to(
     code, result, _ = up(capsys, *options, "--overwrite")
     assert code == 0
     assert json.loads(result)["seed"] == json.loads((tmp_path / "summary.json").read_text())["seed"] == 2
-
-
-def test_recordings_of_one_second_have_names_of_their_own(tmp_path: Path) -> None:
-    names = set()
-    for _ in range(3):
-        name = free_name(tmp_path, "nao")
-        name.touch()
-        names.add(name)
-    assert len(names) == 3
-
-
-def test_a_result_has_the_configuration_that_it_was_made_with(tmp_path: Path, capsys: Output) -> None:
-    options = ["--mode", "in-process", "--steps", "2", "--seed", "7", "--gait", "omni", "--robot", "nao-v6"]
-    _, result, _ = up(capsys, *options, "--out", str(tmp_path))
-    config = json.loads(result)["config"]
-    assert (config["robot"], config["seed"], config["gait"]) == ("nao-v6", 7, "omni")
-    assert json.loads((tmp_path / "summary.json").read_text())["config"] == config
 
 
 def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_folder_has_moved(

@@ -13,45 +13,10 @@ import pytest
 
 from bridge.adapters.naoqi import qi_library
 from nao_hil.cli.main import run
-from nao_hil.cli.run_naoqi import _missing, _print_reports, run_naoqi
 from nao_hil.naoqi_programs.loading import command
 from nao_hil.naoqi_programs.runner import ADDRESS, main
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
-
-
-@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:{}", "tls/127.0.0.1:{}#keys=keys/controller"])
-def test_a_robot_that_runs_is_not_started_again(tmp_path: Path, endpoint: str) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as robot:
-        place = endpoint.format(robot.getsockname()[1])
-        assert [name for name, _ in _missing(None, "tcp://127.0.0.1:9559", place, tmp_path)] == ["server"]
-    missing = _missing(None, "tcp://127.0.0.1:9559", place, tmp_path)
-    assert [name for name, _ in missing] == ["robot", "server"]
-    assert all(place in command for _, command in missing)
-
-
-def test_each_text_and_each_warning_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
-    log = "09:59 WARNING ALMotion: an angle\n10:00 INFO the robot says: Commands are in force.\n"
-    log += "10:01 INFO the robot speaks: 'Hello'\n"
-    told = _print_reports(log + "10:02 INFO the robot speaks: 'B", 0)
-    assert _print_reports(log + "10:02 INFO the robot speaks: 'Bye'\n", told) == 3
-    assert (
-        capsys.readouterr().err
-        == "WARNING ALMotion: an angle\nthe robot speaks: 'Hello'\nthe robot speaks: 'Bye'\n"
-    )
-
-
-def test_an_option_of_its_own_after_the_program_is_warned_of(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """It went to the program in silence, and the robot was another one."""
-    program = tmp_path / "hello.py"
-    program.touch()
-    monkeypatch.setattr("nao_hil.cli.run_naoqi.run_program", lambda *_: (0, []))
-    assert run_naoqi(program, ["--url=tcp://nao.local:9559", "--ip", "nao.local"]).code == 0
-    assert capsys.readouterr().err == (
-        "warning: --url after the program is the program's own; before it, it is an option of run-naoqi.\n"
-    )
 
 
 def test_what_is_no_naoqi_is_told_in_a_sentence(

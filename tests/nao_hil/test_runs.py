@@ -11,10 +11,9 @@ import pytest
 from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
-import nao_hil
 from bridge.body import load_body
 from bridge.guard import Guard
-from bridge.messages import Notice, WalkTelemetry
+from bridge.messages import WalkTelemetry
 from bridge.motion import MotionPlayer, load_motion
 from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
@@ -23,12 +22,12 @@ from emulator.robot import EmulatedRobot
 from nao_hil.analysis.inspection import inspect
 from nao_hil.cli.main import run
 from nao_hil.runs import in_process
-from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.in_process import walk_in_process
 from nao_hil.runs.motion import play
 from nao_hil.runs.summary import RunStatistics
-from nao_hil.runs.walk_figures import SETTLING_TIME, FallWatch, HeadingMotion
+from nao_hil.runs.walk_figures import FallWatch, HeadingMotion
 from tests.frames import walk_telemetry
 from walker.controller import Controller, WalkOrder
 from walker.gaits import gait_parameters, make_gait
@@ -53,16 +52,6 @@ def test_going_down_in_a_motion_or_at_rest_is_no_fall(state: str, falls: bool) -
     watch.update(down=False)
     watch.telemetry(says(state))
     assert watch.update(down=True) == falls
-
-
-def test_a_robot_that_its_guard_sits_down_has_not_fallen() -> None:
-    watch = FallWatch()
-    watch.update(down=False)
-    watch.notice(Notice(seq=1, level="info", code="guard-sit", text=""))
-    assert not watch.update(down=True)
-    watch.update(down=False)
-    watch.notice(Notice(seq=1, level="info", code="guard-active", text=""))
-    assert watch.update(down=True)
 
 
 class Deaf(RunStatistics):
@@ -93,21 +82,6 @@ def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
         assert getattr(found, field) == getattr(expected, field)
 
 
-def test_speed_is_way_over_time_where_the_walk_goes_in_a_circle() -> None:
-    body = load_body("nao-v6")
-    told = RunStatistics(0, "mujoco")
-    circle = RunConfig(robot="nao-v6", gait="omni", velocity=(0.15, 0.0, 0.8), steps=40)
-    controller = controller_maker(circle)(body, body.cycle)
-    with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
-        in_process.run(robot, Guard(body), controller, [told], 1700)
-    summary = told.summary(1.0)
-    assert not summary.fell and summary.steps == 40
-    # A circle of 0.19 m radius: it never gets farther than its diameter, and goes on at its speed.
-    assert summary.distance < 0.45 < summary.way
-    # start and stop included; by displacement it would be below 0.03
-    assert summary.speed == pytest.approx(0.15, rel=0.5)
-
-
 class Truth(msgspec.Struct):
     time: float
     torso_position: tuple[float, float, float]
@@ -130,19 +104,6 @@ def test_motion_on_a_circle_has_a_constant_velocity(turn):
         motion.add(truth(t, u * s - v * c, u * c + v * s, turn * t))
     assert motion.velocity == pytest.approx((u, v, turn), abs=1e-5)
     assert motion.turned == pytest.approx(10.0 * turn, abs=1e-9)
-
-
-def test_the_beginning_and_what_follows_the_end_do_not_count():
-    motion = HeadingMotion()
-    motion.begin(1.0)
-    x = 0.0
-    for k in range(800):
-        t = 0.01 * k
-        motion.add(truth(t, x, 0.0, 0.0))
-        x += 0.01 * (0.3 if 1.0 + SETTLING_TIME <= t < 5.0 else 9.0)
-        if k == 499:
-            motion.end()
-    assert motion.velocity[0] == pytest.approx(0.3, abs=1e-6)
 
 
 BODY = load_body("nao-v3")
@@ -202,19 +163,6 @@ def test_a_fall_before_a_reset_is_not_forgotten() -> None:
     assert summary.cycles == 7 + 19
 
 
-def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) -> None:
-    with (
-        EmulatedRobot(BODY, seed=5, engine="mujoco") as robot,
-        Recorder(tmp_path / "frames.mcap", {}) as recorder,
-    ):
-        gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
-        old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
-        recorder.sensors(robot.frame, robot.truth())
-        recorder.message(old)  # on its way when the robot began anew
-        walk(robot, recorder, RunStatistics(5, "pybullet"), 2000)
-    assert inspect(tmp_path / "frames.mcap").steps == 2
-
-
 @pytest.mark.parametrize(("robot", "start"), [("nao-v6", "lie-back"), ("nao-v3", "lie-front")])
 def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     summary = walk_in_process(
@@ -228,13 +176,6 @@ def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     assert summary.displacement[0] > 0.1
     assert abs(summary.displacement[2]) < 0.5  # rad; what it turned while it got up is no turn of its walk
     assert summary.speed > 0.0
-
-
-def test_without_recovery_it_stays_where_it_is() -> None:
-    summary = walk_in_process(
-        run_config(None, robot="nao-v6", engine="mujoco", gait="dynamic", start="lie-back", steps=4, seed=21)
-    )
-    assert (summary.recoveries, summary.steps, summary.stands) == (0, 0, False)
 
 
 @pytest.mark.parametrize("start", [None, "sit"])
@@ -255,23 +196,3 @@ def test_a_robot_that_begins_sitting_stands_up(robot: str, motion: str) -> None:
     with build_robot(RunConfig(robot=robot, engine="mujoco", start="sit", seed=1)) as body:
         result = play(body, motion, MotionPlayer(load_motion(motion), body.body))
     assert result.stands and result.began == result.ended == "upright"
-
-
-@pytest.mark.parametrize(("gait", "steps", "body"), [("static", 2, "nao-v3"), ("dynamic", 6, "nao-v3")])
-def test_a_walk_is_as_fast_on_either_engine(gait: str, steps: int, body: str) -> None:
-    pytest.importorskip("pybullet")
-    bullet, mujoco = (
-        nao_hil.walk(gait, body=body, seed=1, steps=steps, engine=engine) for engine in ("pybullet", "mujoco")
-    )
-    assert (bullet.engine, mujoco.engine) == ("pybullet", "mujoco")
-    assert not bullet.fell and not mujoco.fell
-    assert mujoco.steps == bullet.steps == steps
-    # a walk of two static steps: up to 12 % apart
-    assert mujoco.speed == pytest.approx(bullet.speed, rel=0.3)
-
-
-def test_the_same_seed_gives_the_same_frames_on_mujoco() -> None:
-    first, again, other = (
-        nao_hil.walk("dynamic", seed=seed, steps=3, engine="mujoco").frames_sha256 for seed in (1, 1, 2)
-    )
-    assert first == again != other

@@ -16,13 +16,10 @@ from bridge.adapters.lola.address import parse_address
 from bridge.errors import ConfigurationError
 from bridge.link.session import split_open
 from nao_hil.cli.console import Answer, open_console
-from nao_hil.cli.main import COMMANDS, GROUPS, PANELS, run
+from nao_hil.cli.main import run
 from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import on_signals
-from nao_hil.runs.supervisor import free_endpoint
 from tests.loops import TIMEOUT
-from tests.ports import EPHEMERAL
-from tests.processes import python
 
 SAYS_MUCH = """
 import logging, os
@@ -32,13 +29,6 @@ for _ in range(5000):
     logging.getLogger("robot").warning("x" * 100)
 print("went on", flush=True)
 os._exit(0)
-"""
-SAYS_LITTLE = """
-import logging
-from nao_hil.cli.console import end_log, log_to_stderr
-log_to_stderr()
-logging.getLogger("robot").warning("x" * 100)
-end_log()
 """
 
 
@@ -66,12 +56,6 @@ def test_a_reader_that_does_not_read_holds_up_nothing() -> None:
         finally:
             process.kill()
         assert process.stdout.read() == "went on\n"
-
-
-def test_the_last_words_are_written_in_a_line_each() -> None:
-    done = python("-c", SAYS_LITTLE)
-    (line,) = done.stderr.splitlines()
-    assert line.endswith("WARNING " + "x" * 100)
 
 
 HELD_UP = 5.0
@@ -109,22 +93,6 @@ def test_a_signal_comes_through_while_the_main_thread_has_the_lock_that_stop_nee
     assert signal.getsignal(number) == signal.SIG_DFL  # a second one ends the process at once
 
 
-def test_a_signal_comes_through_while_the_main_thread_sleeps_on_a_lock(handlers: None) -> None:
-    """The kernel gives it to another thread, which does not wake the main one."""
-    stopped = threading.Event()
-    on_signals(stopped.set)
-    other = threading.Timer(0.2, lambda: signal.pthread_kill(threading.get_ident(), signal.SIGINT))
-    other.start()
-    assert stopped.wait(HELD_UP)
-    other.join()
-
-
-def test_no_outgoing_connection_of_this_machine_can_take_a_free_endpoint() -> None:
-    """The system gives these the ports from EPHEMERAL on, also between an endpoint's choice and its use."""
-    for _ in range(50):
-        assert int(free_endpoint().rpartition(":")[2]) < EPHEMERAL
-
-
 HOSTILE = "\x1b]0;mine\x07\x1b[2J\x9b31m nao\r"
 SHOWS = {
     "text": lambda: open_console().print(HOSTILE),
@@ -150,11 +118,6 @@ def test_no_text_of_another_program_controls_the_terminal(way: str, capsys: pyte
     assert "nao" in out and not set(out) & {"\x1b", "\x07", "\x9b", "\r"}
 
 
-def test_no_log_text_controls_the_terminal() -> None:
-    done = python("-c", SAYS_LITTLE.replace('"x" * 100', repr(HOSTILE)))
-    assert "nao" in done.stderr and "\x1b" not in done.stderr
-
-
 @pytest.mark.parametrize("address", ["0.0.0.0:10000", "[::]:10000", "192.168.1.7:10000"])
 def test_a_server_beyond_loopback_takes_the_word_open(address: str) -> None:
     def host(plain: str) -> str:
@@ -176,13 +139,6 @@ def test_serve_beyond_loopback_is_refused(
 ) -> None:
     assert run(["serve", *arguments]) == 2
     assert "#open" in capsys.readouterr().err
-
-
-def test_the_help_lists_every_command_in_a_group(capsys: pytest.CaptureFixture[str]) -> None:
-    assert sorted(name for names in PANELS.values() for name in names) == sorted([*COMMANDS, *GROUPS])
-    run(["--help"])
-    out = capsys.readouterr().out
-    assert all(panel in out for panel in PANELS) and "Commands" not in out
 
 
 def test_a_campaign_shows_the_time_left(

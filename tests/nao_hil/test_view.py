@@ -22,37 +22,31 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import LinkError
 from bridge.messages import ActuatorFrame, Notice, WalkTelemetry
-from bridge.messages.faults import Fault
 from bridge.messages.frames import ORDER
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus
-from bridge.messages.world import Pause, Press, Push, Resume, StartFault, Step
+from bridge.messages.world import Pause, Press, Push, Resume, Step
 from bridge.messages.world_state import WorldReply
 from bridge.rotations import matrix
-from bridge.validation import convert
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
-from emulator.scenarios.ground import PlacedBox, ScenarioFloor
-from emulator.scenarios.model import Scenario
 from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Symptom, explain
 from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
-from nao_hil.drive.driver import HOLD, SPEED_STEPS
+from nao_hil.drive.driver import HOLD
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import FAULTS, LiveRun
-from nao_hil.view.orders import ABSENCE_TIMEOUT, JOINT_RATE, RESTART, Driving, Hand, Orders, SlowMotion
+from nao_hil.view.follow import LiveRun
+from nao_hil.view.orders import ABSENCE_TIMEOUT, JOINT_RATE, Driving, Hand, Orders, SlowMotion
 from nao_hil.view.page import page
-from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
 from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
-from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
+from nao_hil.view.signals import SIGNALS
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
 from tests.frames import walk_status, walk_telemetry
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_port
-from walker.gaits import gait_parameters
 
 BODY = load_body("nao-v3")
 REPLY = WorldReply(
@@ -100,28 +94,6 @@ def test_a_row_holds_the_true_pose_the_forces_and_every_signal(standing: list[Cy
     }
     assert {name: signals[name] for name in expected} == pytest.approx(expected, abs=0.006)
     assert math.isnan(signals["ZMP margin planned"])  # no walker has said anything
-
-
-def test_every_chart_shows_signals_that_there_are() -> None:
-    assert {line.signal for chart in CHARTS for line in chart.lines} <= set(SIGNALS)
-
-
-def test_rows_come_thirty_times_a_second_whatever_the_cycle(standing: list[Cycle]) -> None:
-    rows = RunRows(BODY)
-    times = [m.sensors.time for m in standing if rows.due(m.sensors.time)]
-    assert np.diff(times) == pytest.approx(0.03)
-    assert rows.due(0.0)  # the robot began again
-
-
-def test_a_frame_is_late_against_the_most_punctual_one_and_a_pause_is_no_lateness() -> None:
-    lateness, late = Lateness(), []
-    for cycle in range(40):
-        delay = 0.003 if cycle == 5 else 0.0
-        pause = 20.0 if cycle > 20 else 0.0
-        late.append(lateness.update(0.01 * cycle, round(1e9 * (1000.0 + 0.01 * cycle + delay + pause))))
-    assert late[5] == pytest.approx(3.0, abs=1e-3)
-    assert max(late[:5] + late[6:]) < 1e-3
-    assert math.isnan(lateness.update(1.0, 0))  # recordings have no wall clock
 
 
 def test_a_live_run_gives_a_late_browser_what_the_others_have(standing: list[Cycle]) -> None:
@@ -209,13 +181,6 @@ def test_stops_arming_and_orders_are_events_also_of_a_robot_that_lies_and_no_sig
     assert diagnosis is not None and diagnosis.first is None and diagnosis.before is None
 
 
-def test_armed_is_unknown_until_the_robot_reports_it(standing: list[Cycle]) -> None:
-    cycle = Cycle(standing[-1].sensors)
-    assert describe(cycle, None, None, REPLY, 0.0)["armed"] is None
-    report = GuardStatus(seq=1, state="idle", armed=False, text="")
-    assert describe(cycle, report, None, REPLY, 0.0)["armed"] is False
-
-
 class FakeCommands:
     """Takes commands and keeps them."""
 
@@ -297,28 +262,6 @@ def test_what_is_no_order_is_refused_in_one_sentence(
 ) -> None:
     words, done = order(doing, **fields)
     assert sentence in words and not done and "\n" not in words
-
-
-def test_a_robot_that_does_not_answer_is_told(
-    order: Callable[..., tuple[str, bool]], commands: FakeCommands
-) -> None:
-    commands.there = False
-    assert order("stop", how="crouch") == ("No robot `nao` at tcp/127.0.0.1:7447 answered `stop`.", False)
-
-
-def test_keys_drive_as_those_of_the_terminal(
-    order: Callable[..., tuple[str, bool]], commands: FakeCommands
-) -> None:
-    for key in "wwx":
-        order("key", key=key)
-    own = gait_parameters("static").periodic_step.velocity
-    assert commands.sent == [
-        *(
-            WalkCommand(op="walk", velocity=(pytest.approx(n * own / SPEED_STEPS), 0.0, 0.0), hold=HOLD)
-            for n in (1, 2)
-        ),
-        WalkCommand(op="stop"),
-    ]
 
 
 WAYS = {
@@ -425,22 +368,6 @@ def test_a_restart_that_cannot_begin_is_refused_and_the_run_goes_on(
     assert capsys.readouterr().out == ""
 
 
-def test_a_restart_is_a_line_for_the_command_that_began_the_run(
-    order: Callable[..., tuple[str, bool]], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert order("restart", settings={"scenario": "tiles", "wear": "worn"})[1]
-    assert json.loads(capsys.readouterr().out) == {RESTART: {"scenario": "tiles", "wear": "worn"}}
-
-
-def test_every_fault_on_offer_is_one_that_there_is() -> None:
-    targets = {"joint": "LKneePitch", "sensor": "gyroscope"}
-    for kind, (target, number) in FAULTS.items():
-        fields = (
-            {"kind": kind} | ({target: targets[target]} if target else {}) | ({number: 0.5} if number else {})
-        )
-        assert StartFault(fault=convert(fields, Fault))
-
-
 def test_slow_motion_steps_the_world_and_a_page_that_ends_leaves_it_going(commands: FakeCommands) -> None:
     slow = SlowMotion(commands.world, 0.01)
     slow.end()
@@ -488,26 +415,6 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
     assert np.diff(knee).max() == pytest.approx(JOINT_RATE * BODY.cycle)
     assert np.ptp(np.delete(asked, INDEX["LKneePitch"], axis=1)) == 0.0
     until(lambda: not hand.holds, "the robot to be free")
-
-
-def test_a_replay_shows_the_run_before_a_reset(standing: list[Cycle]) -> None:
-    assert list(first_run([*standing, *standing[:5]])) == standing
-    assert list(first_run(standing)) == standing
-
-
-def test_the_boxes_of_a_scenario_lie_on_its_floor() -> None:
-    scenario = Scenario(
-        floor=ScenarioFloor(pitch=10.0), boxes=(PlacedBox(name="step", size=(0.2, 0.4, 0.02), at=(1.0, 0.0)),)
-    )
-    world = initial_world(scenario, 0)
-    (box,) = world.objects
-    # Ry(10 deg) of (1, 0, 0.01): downhill ahead.
-    s, c = math.sin(math.radians(10.0)), math.cos(math.radians(10.0))
-    assert box.position == pytest.approx((c + 0.01 * s, 0.0, -s + 0.01 * c))
-    assert box.orientation == pytest.approx(
-        (0.0, math.sin(math.radians(5.0)), 0.0, math.cos(math.radians(5.0)))
-    )
-    assert world.floor == pytest.approx((0.0, math.radians(10.0)))
 
 
 @pytest.mark.parametrize("name", ["tiles", "rough"])

@@ -11,14 +11,13 @@ import nao_hil
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.errors import ConfigurationError
-from bridge.messages.world import PlaceBox, Push
+from bridge.messages.world import Push
 from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import PhysicsSettings
 from emulator.poses import Pose, quaternion
 from tests.engines import passive
 
 BODY = load_body("nao-v6")
-MASS = sum(link.mass for link in BODY.links.values())
 HEAD = INDEX["HeadYaw"]
 
 
@@ -54,12 +53,12 @@ def test_commands_reach_the_robot_of_their_name_and_runs_repeat(physics: str) ->
     with three(physics) as world:
         for _ in range(2):
             stands = {name: frame.position for name, frame in world.frames.items()}
-            # the head of each robot turns in seconds of its own
-            for cycle in range(90):
-                turning = f"r{cycle // 30}"
+            # the head of each robot turns in cycles of its own
+            for cycle in range(60):
+                turning = f"r{cycle // 20}"
                 world.step({turning: moved(stands[turning], 0.5)})
                 heads = {name: frame.position[HEAD] for name, frame in world.frames.items()}
-                waiting = [heads[f"r{number}"] for number in range(3) if number > cycle // 30]
+                waiting = [heads[f"r{number}"] for number in range(3) if number > cycle // 20]
                 assert max(map(abs, waiting), default=0.0) < 0.03
             assert all(abs(heads[name] - 0.5) < 0.1 for name in world.names)
             runs.append((world.frames, world.truth))
@@ -68,18 +67,9 @@ def test_commands_reach_the_robot_of_their_name_and_runs_repeat(physics: str) ->
     assert {truth.fell for truth in runs[0][1].robots.values()} == {False}
 
 
-def test_robots_fall_for_themselves(physics: str) -> None:
-    with three(physics) as world:
-        world.send(Push(target="Torso", impulse=(-6.0, 0.0, 0.0), duration=0.1), "r1")
-        for _ in range(150):
-            world.step()
-        fell = {name: truth.fell for name, truth in world.truth.robots.items()}
-    assert fell == {"r0": False, "r1": True, "r2": False}
-
-
 def test_a_falling_robot_strikes_the_one_beside_it(physics: str) -> None:
     """It lies on the other or knocks it over, and is not inside it; without the push both stand."""
-    for impulse, touched in ((0.0, False), (7.0, True)):
+    for impulse, touched, cycles in ((0.0, False, 50), (7.0, True, 200)):
         with nao_hil.World(engine=physics) as world:
             for name, y in (("striking", 0.0), ("struck", 0.4)):
                 world.add("nao-v6", name=name, seed=2, at=(0.0, y, 0.0))
@@ -88,7 +78,7 @@ def test_a_falling_robot_strikes_the_one_beside_it(physics: str) -> None:
                 world.send(Push(target="Torso", impulse=(0.0, impulse, 0.0), duration=0.1))
             way = deepest = 0.0
             engine = world._world.engine
-            for _ in range(200):
+            for _ in range(cycles):
                 world.step()
                 way = max(way, math.dist(world.truth.robots["struck"].torso_position, before))
                 deepest = max(deepest, engine.overlap(*engine.robots))
@@ -130,14 +120,6 @@ def test_robots_that_collide_in_the_air_keep_their_momentum(physics: str) -> Non
     np.testing.assert_allclose(last.sum(axis=0), first.sum(axis=0), atol=0.02)
     assert last[1, 0] - last[0, 0] < 0.5 * 1.4
     assert last[1, 0] > 0.1
-
-
-def test_boxes_are_everybodys_and_in_the_truth(physics: str) -> None:
-    with three(physics) as world:
-        text = world.send(PlaceBox(name="crate", size=(0.2, 0.2, 0.1), at=(1.0, 0.0), frame="floor", mass=0.5))
-        assert text.startswith("The box `crate`")
-        world.step()
-        assert world.truth.objects["crate"].position == pytest.approx((1.0, 0.0, 0.05), abs=1e-3)
 
 
 def test_what_a_world_refuses_is_said_in_a_sentence() -> None:

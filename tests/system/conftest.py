@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from bridge.types import Array
-from nao_hil.runs.bare_loop import BareLoop
+from tests.bare_loop import BareLoop
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
 from tests.system.machine import complaint, engine_cycles

@@ -16,10 +16,10 @@ import msgspec
 from bridge.body import load_body
 from bridge.body.quantities import absent_joints
 from bridge.link import RobotLink
-from bridge.messages import Contact, SensorFrame, TruthFrame, encode
+from bridge.messages import encode
 from bridge.messages.world import WORLD_COMMAND
-from bridge.messages.world_state import WorldReply, WorldThing
-from tests.frames import info_of_robot, standing_frame
+from bridge.messages.world_state import WorldThing
+from tests.frames import info_of_robot, standing_frame, truth_frame, world_reply
 from tests.loops import TIMEOUT, repeat_while, until
 
 CYCLE = 0.01
@@ -43,11 +43,11 @@ class ObedientRobot:
 
     def _run(self) -> None:
         with RobotLink(self.info, self._endpoint) as link:
-            link.serve(WORLD_COMMAND, lambda _: encode(self._world()))
+            link.serve(WORLD_COMMAND, lambda _: encode(world_reply(things=self._things)))
             deadline = time.monotonic()
             for _ in repeat_while(lambda: not self._stop.is_set(), 100_000):
                 link.publish(self.frame)
-                link.publish(_truth(self.frame))
+                link.publish(truth_frame(self.frame.seq, joints=self.frame.position, com=(0.0, 0.0, 0.2)))
                 deadline = max(deadline + CYCLE, time.monotonic() - CYCLE)
                 time.sleep(max(0.0, deadline - time.monotonic()))
                 command = next(reversed(link.commands()), None)
@@ -57,41 +57,10 @@ class ObedientRobot:
                     self.frame, seq=seq, time=CYCLE * seq, touch=self.touch, **changes
                 )
 
-    def _world(self) -> WorldReply:
-        return WorldReply(
-            text="",
-            seq=0,
-            time=0.0,
-            paused=False,
-            floor=(0.0, 0.0),
-            friction=0.8,
-            objects=(),
-            things=self._things,
-            faults=(),
-        )
-
     def close(self) -> None:
         self._stop.set()
         self._thread.join(TIMEOUT)
         assert not self._thread.is_alive()
-
-
-def _truth(frame: SensorFrame) -> TruthFrame:
-    nothing = Contact(force=(0.0, 0.0, 0.0), cop=None)
-    return TruthFrame(
-        seq=frame.seq,
-        time=frame.time,
-        torso_position=(0.0, 0.0, 0.33),
-        torso_orientation=(0.0, 0.0, 0.0, 1.0),
-        torso_velocity=(0.0, 0.0, 0.0),
-        torso_angular_velocity=(0.0, 0.0, 0.0),
-        joints=frame.position,
-        com=(0.0, 0.0, 0.2),
-        zmp=None,
-        left=nothing,
-        right=nothing,
-        fell=False,
-    )
 
 
 @contextmanager

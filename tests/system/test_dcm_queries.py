@@ -13,7 +13,6 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
-from bridge.errors import LinkError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, SensorFrame, decode
@@ -111,25 +110,3 @@ def test_in_lockstep_queries_are_answered_while_the_robot_waits() -> None:
             seen += ask(link, wire.READ, names=[LED])
         assert seen == [0.0, 0.25, 0.5, 0.75, 1.0]
         assert ask(link, wire.GET_TIME) == now + 50
-
-
-def test_who_does_not_hold_the_robot_may_read_but_not_command() -> None:
-    with running_robot("real-time") as endpoint, controller(endpoint, "walker") as holder:
-        with controller(endpoint, "other", lease=False) as other:
-            assert isinstance(ask(other, wire.GET_TIME), int)
-            assert ask(other, wire.READ, names=[LED]) == [0.0]
-            with pytest.raises(LinkError, match=r"`dcm/set` command .* `walker` holds the robot"):
-                command(other, wire.SET, LED, "ClearAll", [[1.0, 0]])
-        command(holder, wire.SET, LED, "ClearAll", [[0.5, ask(holder, wire.GET_TIME)]])
-        until(lambda: ask(holder, wire.READ, names=[LED]) == [0.5], "the LED")
-
-
-def test_refusals_come_as_sentences() -> None:
-    with running_robot("lockstep") as endpoint, controller(endpoint) as link:
-        with pytest.raises(LinkError, match=r"^set: 'none' is neither an actuator"):
-            command(link, wire.SET, "none", "ClearAll", [])
-        with pytest.raises(LinkError, match=r"^calibration is not emulated: .*\.$"):
-            ask(link, wire.CALIBRATION)
-        with pytest.raises(LinkError, match=r"^DcmCommand refused: "):
-            link.query(wire.SET, b"\xc1")
-        assert isinstance(ask(link, wire.GET_TIME), int)

@@ -8,9 +8,8 @@ import pty
 import subprocess
 import sys
 import termios
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import pytest
@@ -103,9 +102,3 @@ def test_keys_in_a_terminal_walk_the_robot(walker: Walker, endpoint: str, tmp_pa
     assert termios.tcgetattr(inside) == before
     os.close(terminal)
     os.close(inside)
-
-
-def test_without_a_terminal_or_a_gamepad_one_sentence_says_so(start: Callable[..., Any], endpoint: str) -> None:
-    command = start("drive", "--connect", endpoint)
-    assert command.wait() == 2
-    assert command.stderr.splitlines()[-1].startswith("error: Driving takes a terminal")

@@ -77,15 +77,12 @@ def test_own_controller_with_msgpack_alone(robot: str) -> None:
     assert not re.search(r"^(from|import) (bridge|emulator|walker|nao_hil)", code, re.MULTILINE)
 
 
-def test_walk_command(served: str) -> None:
+def test_walk_command_and_push(served: str) -> None:
     lines = output("walk_command.py", served).splitlines()
     # by the odometry; the closing step and the stop are not steered
     assert numbers(lines[1]) == pytest.approx([0.05], abs=0.02)
     assert numbers(lines[3])[0] > 0.1
     assert lines[4].startswith("refused: This gait walks straight ahead")
-
-
-def test_push(served: str) -> None:
     lines = output("push.py", served).splitlines()
     assert lines[0] == "0.5 N s: stands"
     assert lines[-2].endswith("N s: falls")

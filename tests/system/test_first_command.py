@@ -55,7 +55,7 @@ def test_a_robot_stands_after_ten_starts_that_command_the_stand(seed: int, stiff
     assert sag(robot.frame.position) < 0.15
 
 
-@pytest.mark.parametrize("stiffness", [0.6, 1.0])
+@pytest.mark.parametrize("stiffness", [0.6])
 def test_a_robot_stands_after_ten_starts_that_hold_it_where_it_is(
     start: Callable[..., Any], endpoint: str, stiffness: float
 ) -> None:
@@ -71,7 +71,7 @@ def test_a_robot_stands_after_ten_starts_that_hold_it_where_it_is(
     assert targets[1:] == [targets[1]] * (STARTS - 1)
 
 
-@pytest.mark.parametrize("stiffness", [0.6, 1.0])
+@pytest.mark.parametrize("stiffness", [1.0])
 def test_a_robot_stands_after_ten_runs_of_the_team_page_s_client(
     start: Callable[..., Any], endpoint: str, tmp_path: Path, stiffness: float
 ) -> None:

@@ -12,7 +12,6 @@ from bridge.guard import Guard, GuardStatus
 from bridge.link.client import GuardClient
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
-from nao_hil.cli.main import run
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.monitor import Monitor
@@ -131,14 +130,6 @@ def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
         assert monitor.sensors is not None and monitor.sensors.command == -1
     walker.interrupt()
     robot.interrupt()
-
-
-@pytest.mark.parametrize("command", ["stop", "arm"])
-def test_nobody_there_is_told_in_one_sentence(
-    command: str, endpoint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run([command, "--connect", endpoint, *(["--yes"] if command == "arm" else [])]) == 3
-    assert f"No robot listened at {endpoint}" in words(capsys.readouterr().err)
 
 
 def test_a_lola_client_in_lockstep_gets_its_packets_after_an_emergency_stop(

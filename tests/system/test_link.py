@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import re
 import secrets
-import signal
 import subprocess
 import sys
 import threading
@@ -35,31 +34,6 @@ with ControllerLink(connect=sys.argv[1], name="victim") as link:
     link.acquire()
     print("ready", flush=True)
     time.sleep(600)
-"""
-
-ROBOT = """
-import sys, time
-from bridge.link import RobotLink
-from bridge.messages import Info, SensorFrame
-zeros = (0.0,) * 25
-info = Info(robot="nao", body="nao-v3", side="emulator", mode="real-time", cycle=0.01, absent=(),
-            boot=int(sys.argv[2]), software="test")
-with RobotLink(info, sys.argv[1]) as link:
-    print("ready", flush=True)
-    for seq in range(60_000):
-        link.publish(SensorFrame(
-            seq=seq, time=0.01 * seq, position=zeros, stiffness=zeros, current=zeros, temperature=zeros,
-            fsr=zeros[:8], accelerometer=zeros[:3], gyroscope=zeros[:3], angle=zeros[:2], touch=zeros[:14],
-            battery=zeros[:4], sonar=zeros[:2]))
-        time.sleep(0.01)
-"""
-
-WAITING = """
-import sys
-from bridge.link import ControllerLink
-with ControllerLink(connect=sys.argv[1]) as link:
-    print("ready", flush=True)
-    link.wait_robot()
 """
 
 
@@ -122,19 +96,6 @@ def test_a_controller_waits_for_a_robot_that_starts_later(endpoint: str) -> None
             assert found == [robot.info]
 
 
-def test_waiting_can_be_given_up(endpoint: str) -> None:
-    with ControllerLink(connect=endpoint) as link:
-        assert link.wait_robot(stop=lambda: True) is None
-        with pytest.raises(LinkError, match=endpoint):
-            link.wait_robot(timeout=0.05)
-
-
-def test_ctrl_c_ends_a_controller_that_waits(endpoint: str) -> None:
-    with child(WAITING, endpoint) as process:
-        process.send_signal(signal.SIGINT)
-        assert process.wait(TIMEOUT) != 0
-
-
 def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, endpoint: str) -> None:
     began = time.monotonic()
     with (
@@ -195,14 +156,6 @@ def test_robots_on_one_link_do_not_hear_one_another() -> None:
         assert [link.latest(0.1) for link in controllers] == [None, None, None]
 
 
-def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
-    for seq in range(30):
-        robot.publish(standing_frame(seq))
-    frames = [controller.next(TIMEOUT) for _ in range(30)]
-    assert [f.seq for f in frames if f is not None] == list(range(30))
-    assert all(f is not None and f.wall > 0 for f in frames)
-
-
 def test_the_latest_frame_overtakes_the_others(robot: RobotLink, controller: ControllerLink) -> None:
     seen: list[int] = []
     for seq in range(30):
@@ -218,15 +171,6 @@ def test_a_command_arrives_with_the_lease_and_the_time(robot: RobotLink, control
     assert frame.reply_to == 7
     assert frame.lease == controller.lease != 0
     assert frame.wall > 0
-
-
-def test_real_time_takes_the_commands_in_order(robot: RobotLink, controller: ControllerLink) -> None:
-    taken = []
-    for seq in range(20):
-        controller.send(command(seq))
-    until(lambda: taken.extend(f.reply_to for f in robot.commands()) or taken[-1:] == [19])
-    assert taken == list(range(20))
-    assert not robot.commands()
 
 
 def test_a_granted_lease_ends_the_robots_wait(robot: RobotLink, endpoint: str) -> None:
@@ -302,13 +246,6 @@ def test_no_command_goes_out_with_a_lease_that_is_being_given_back(
     assert leases == [0]
 
 
-def test_a_lease_ends_with_its_closed_link(robot: RobotLink, endpoint: str) -> None:
-    with ControllerLink(connect=endpoint) as link:
-        link.wait_robot(timeout=TIMEOUT)
-        link.acquire()
-    until(lambda: robot.holder is None)
-
-
 def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) -> None:
     with ControllerLink(connect=endpoint, name="witness") as witness, child(HOLDER, endpoint) as holder:
         witness.wait_robot(timeout=TIMEOUT)
@@ -322,27 +259,6 @@ def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) ->
     with ControllerLink(connect=endpoint, name="heir") as heir:
         heir.wait_robot(timeout=TIMEOUT)
         heir.acquire()
-
-
-def test_a_controller_comes_back_to_a_robot_that_was_killed_and_restarted(endpoint: str) -> None:
-    with ControllerLink(connect=endpoint) as link:
-        with child(ROBOT, endpoint, "1") as first:
-            info = link.wait_robot(timeout=TIMEOUT)
-            assert info is not None
-            assert info.boot == 1
-            link.acquire()
-            old_lease = link.lease
-            assert link.next(TIMEOUT) is not None
-            first.kill()
-            until(lambda: not link.robot_alive)
-            assert link.lease == 0
-        with child(ROBOT, endpoint, "2"):
-            info = link.wait_robot(timeout=TIMEOUT)
-            assert info is not None
-            assert info.boot == 2
-            link.acquire()
-            assert link.lease not in (0, old_lease)
-            assert link.next(TIMEOUT) is not None
 
 
 def test_what_is_no_command_is_refused_with_a_notice_and_the_robot_goes_on(
@@ -409,12 +325,6 @@ def test_an_error_in_an_answer_becomes_an_error_reply_and_the_next_is_answered(
         controller.query("no-such-thing")
 
 
-def test_an_ill_formed_lease_request_is_an_error_reply_that_names_the_field(controller: ControllerLink) -> None:
-    request = encode(LeaseRequest(op="acquire", controller="a"))
-    with pytest.raises(LinkError, match="controller"):
-        controller.query(keys.LEASE, request.replace(b"\xaacontroller", b"\xaacontrolleR"))
-
-
 def test_listeners_hear_the_walker_through_the_robots_session(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
@@ -433,16 +343,6 @@ def test_listeners_hear_the_walker_through_the_robots_session(
     until(lambda: telemetry in robot.telemetry())
 
 
-def test_liveliness_tokens_say_who_is_there(
-    robot: RobotLink, controller: ControllerLink, endpoint: str
-) -> None:
-    with contextlib.closing(open_client(endpoint)) as listener:
-        replies = list(listener.liveliness().get(keys.key("nao", "alive/**"), timeout=TIMEOUT))
-    tokens = sorted(str(reply.ok.key_expr) for reply in replies if reply.ok is not None)
-    assert tokens[1] == "nao/nao/alive/robot"
-    assert tokens[0].startswith("nao/nao/alive/controller/walker.")
-
-
 def test_a_frame_that_is_none_is_told_to_the_controller(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
@@ -452,27 +352,12 @@ def test_a_frame_that_is_none_is_told_to_the_controller(
             controller.next(TIMEOUT)
 
 
-def test_an_endpoint_in_use_is_named(robot: RobotLink, endpoint: str) -> None:
-    with pytest.raises(LinkError, match="in use by robot `nao`") as error:
-        RobotLink(new_robot(), endpoint)
-    assert endpoint in str(error.value)
-    assert "/root/" not in str(error.value)
-
-
 @pytest.mark.parametrize("bad", ["", "7447", "127.0.0.1:7447", "tcp/127.0.0.1", "tcp/h:0", "tcp/h:x", "x/h:1"])
 def test_what_is_no_endpoint_is_refused_by_both_sides(bad: str) -> None:
     with pytest.raises(ConfigurationError, match="tcp/127"):
         RobotLink(new_robot(), bad)
     with pytest.raises(ConfigurationError, match="tcp/127"):
         ControllerLink(connect=bad)
-
-
-@pytest.mark.parametrize("bad", ["", "a/b", "*", "nao 1", "ä", "nao\n"])
-def test_what_cannot_be_part_of_a_key_is_no_id_and_no_name(endpoint: str, bad: str) -> None:
-    with pytest.raises(ConfigurationError):
-        ControllerLink(robot=bad, connect=endpoint)
-    with pytest.raises(ConfigurationError):
-        ControllerLink(name=bad, connect=endpoint)
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "[::]", "192.168.1.7", "robot.local"])

@@ -125,18 +125,6 @@ def bridged(
         yield begin
 
 
-def test_a_robot_that_is_not_there_is_told_once(
-    tmp_path: Path, endpoint: str, caplog: pytest.LogCaptureFixture
-) -> None:
-    stop, left = threading.Event(), [1, 2]
-    settings = BridgeSettings(robot="nao", software="test", listen=endpoint)
-    bridge = LolaBridge(parse_address(str(tmp_path / "nobody")), settings, stop)
-    stop.wait = lambda timeout=None: left.pop() if left else stop.set()
-    bridge.run()
-    (said,) = (record.getMessage() for record in caplog.records if record.levelname == "WARNING")
-    assert said == f"No LoLA answers at {tmp_path}/nobody (No such file or directory). Trying again."
-
-
 def newest(link: ControllerLink) -> SensorFrame:
     # none also when the robot has just gone
     frame: SensorFrame = until(lambda: link.latest(1.0), "a frame")
@@ -191,21 +179,6 @@ def test_it_takes_no_command_before_it_is_armed(bridged: Any, lola: FakeLola, en
     assert end().commands >= 4
 
 
-def test_a_far_command_is_approached_slowly_and_in_range(bridged: Any, lola: FakeLola, endpoint: str) -> None:
-    lola.values["Position"] = [0.0] * 25
-    lola.values["Angles"] = [0.0, 0.0]
-    link, _ = bridged()
-    with GuardClient("nao", endpoint) as guard:
-        guard.arm("test")
-    link.acquire()
-    answer(link, lambda: len(lola.maps) > 5, position=(0.9, *(0.0,) * 24), stiffness=(0.5,) * 25)
-    yaws = [m["Position"][0] for m in lola.maps[:6]]
-    assert yaws == sorted(yaws)
-    assert 0.0 < yaws[0] < 0.05 and yaws[5] < 0.3  # the joint could do 0.1 rad in one cycle
-    with GuardClient("nao", endpoint) as guard:
-        guard.stop("limp", "test")
-
-
 def test_its_end_brings_a_robot_down_that_it_held_up(
     bridged: Any, lola: FakeLola, endpoint: str, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -232,17 +205,6 @@ def test_its_end_brings_a_robot_down_that_it_held_up(
     assert told[crouches][0] == told[rests][0] == "WARNING"
 
 
-def test_a_dry_run_sends_nothing(bridged: Any, lola: FakeLola, endpoint: str) -> None:
-    link, end = bridged(dry_run=True)
-    with GuardClient("nao", endpoint) as guard:
-        assert guard.arm("test").dry_run
-    link.acquire()
-    frames = [newest(link).seq]
-    answer(link, lambda: frames.append(0) or len(frames) > 8)  # type: ignore[func-returns-value]
-    assert lola.maps == []
-    assert end().commands == 0
-
-
 def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endpoint: str) -> None:
     link, end = bridged()
     boot = link.wait_robot(timeout=TIMEOUT).boot
@@ -257,13 +219,6 @@ def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endp
         assert not guard.status().armed  # who unplugs a robot does not expect it to move on its return
     assert newest(link).seq < 1000
     assert end().connections == 2
-
-
-def test_bytes_of_no_packet_are_counted(bridged: Any, lola: FakeLola) -> None:
-    lola.garbage = b"HTTP/1.1 400 Bad Request\r\n"
-    link, end = bridged()
-    newest(link)
-    assert end().dropped_bytes == len(lola.garbage)
 
 
 UNREADABLE = {
@@ -309,30 +264,6 @@ def test_a_silent_controller_s_robot_is_brought_down_while_a_sensor_cannot_be_re
         until(lambda: guard.status().state == "rest", "the robot to rest")
     assert max(lola.maps[-1]["Stiffness"]) <= GuardSettings().crouch.rest_stiffness + 1e-6
     assert lola.maps[-1]["Position"][10] > 1.0  # the knee: it crouched first
-
-
-def test_a_taken_socket_is_told_once(
-    lola: FakeLola, bridged: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    link, _ = bridged()
-    newest(link)
-    caplog.set_level("WARNING", "bridge.adapters.robot_bridge")
-    stop, tried = threading.Event(), []
-
-    class Second(LolaBridge):
-        def _bridge(self, device: Any) -> None:
-            super()._bridge(device)
-            tried.append(device)
-
-    settings = BridgeSettings(robot="second", software="test", listen="tcp/127.0.0.1:0")
-    bridge = Second(Address(path=str(tmp_path / "robocup")), settings, stop)
-    thread = threading.Thread(target=bridge.run)
-    thread.start()
-    until(lambda: len(tried) >= 2, "two attempts")
-    stop.set()
-    thread.join(TIMEOUT)
-    (said,) = (record.getMessage() for record in caplog.records)
-    assert "is another client connected?" in said
 
 
 def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, endpoint: str) -> None:

@@ -64,19 +64,6 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
 
 
-@pytest.mark.realtime
-def test_the_walker_walks_through_the_loop_in_real_time(
-    begin: Callable[[str], dict[str, Any]], start: Callable[..., Any], far: str
-) -> None:
-    processes = begin("real-time")
-    walker = start("walk", "--gait", "dynamic", "--steps", "6", "--connect", far, "--json")
-    assert walker.wait() == 0
-    assert walker.result["done"] and walker.result["steps"] == 6 and not walker.result["fell"]
-    for name in ("bridge", "server", "robot"):
-        processes[name].interrupt()
-    assert processes["robot"].result["distance"] > 0.2 and not processes["robot"].result["fell"]
-
-
 def test_a_walker_that_is_killed_leaves_the_robot_to_the_bridge_s_guard(
     loop: dict[str, Any], start: Callable[..., Any], far: str
 ) -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import random
-import re
 import select
 import socket
 import threading
@@ -26,7 +24,6 @@ from bridge.messages import ActuatorFrame
 from tests.frames import info_of_robot, standing_frame
 from tests.loops import TIMEOUT, repeat_while, until
 
-ZEROS = (0.0,) * 25
 STILL = standing_frame(position=tuple(0.01 * slot for slot in range(25)), stiffness=(0.5,) * 25)
 
 
@@ -219,38 +216,6 @@ def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCapture
     assert all(word in line for word, line in zip(words, logged, strict=True))
 
 
-def test_what_a_server_cannot_use_is_told_once_for_each_connection(
-    served: Any, caplog: pytest.LogCaptureFixture
-) -> None:
-    """Both sides waited for ever, in silence."""
-    caplog.set_level("WARNING", "bridge.adapters.lola.client")
-    robot, connect, _ = served()
-    robot.publish()
-    no_map = pack(**{"P" * 32: [0.0] * 25})  # one letter too many for `fixstr`
-    silent = connect()
-    silent.read()
-    silent.send(no_map)
-    until(lambda: caplog.records, "a warning")
-    silent.send(pack(LEar=[1.0] * 10))
-    until(lambda: len(caplog.records) == 2, "a second warning")
-    silent.send(no_map)
-    misspelt = connect()
-    silent.socket.close()
-    misspelt.read()
-    misspelt.send(pack(position=[0.5] * 25, stiffness=[1.0] * 25))
-    misspelt.send(pack(Position=[0.5] * 25))
-    assert robot.command().position == (0.5,) * 25
-    said = [record.getMessage() for record in caplog.records]
-    assert [text.split(";")[0] for text in said] == [
-        f"{len(no_map)} bytes are no map of LoLA and were dropped",
-        "the robot is in lockstep and waits for a map with `Position` or `Stiffness`.",
-        said[2].split(";")[0],
-    ]
-    assert re.match(
-        r"the client's map has an unknown key '(p|s)\w+' \(did you mean '(P|S)\w+'\?\); known: ", said[2]
-    )
-
-
 def test_what_a_web_browser_sends_to_a_tcp_port_moves_nothing() -> None:
     """A page of any site may post bytes of its choice to this machine; an HTTP request stands before them."""
     reply = pack(Position=[0.5] * 25)
@@ -288,38 +253,6 @@ def test_leds_reach_the_robot_in_the_order_of_its_dcm() -> None:
         "Head/Led/Rear/Right/2": 255,
     }
     assert client.setpoints is None
-
-
-def test_a_reply_in_fragments_behind_garbage(served: Any) -> None:
-    robot, connect, end = served()
-    robot.publish()
-    client = connect()
-    client.read()
-    client.send(b"HTTP/1.1 400 Bad Request\r\n")
-    for byte in pack(Position=[0.5] * 25):
-        client.send(bytes([byte]))
-    assert robot.command().position == (0.5,) * 25
-    assert end().dropped_bytes == 26
-
-
-def test_a_thousand_damaged_replies_to_a_server(served: Any) -> None:
-    """Through the socket; `test_codec` has a hundred thousand for the stream alone."""
-    robot, connect, _ = served(mode="real-time")
-    robot.publish()
-    client, random_ = connect(), random.Random(7)
-    reply = pack(Stiffness=[0.5] * 25, Position=[0.5] * 25)
-    for _ in range(1000):
-        damaged = bytearray(reply)
-        for _ in range(random_.randint(1, 5)):
-            damaged[random_.randrange(len(damaged))] = random_.randrange(256)
-        client.drain()  # a client that does not read is ignored after some hundred packets
-        client.send(bytes(damaged[: random_.randrange(len(damaged))]))
-    for _ in range(100):
-        client.drain()
-        client.send(pack(Stiffness=[1.0] * 25, Position=[0.25] * 25))
-        if robot.command().position == (0.25,) * 25:
-            return
-    pytest.fail("the server has not found back to whole replies")
 
 
 def test_a_robot_of_10_ms_gives_a_packet_per_12_ms_of_its_time(served: Any) -> None:

@@ -142,14 +142,6 @@ def test_a_dry_run_moves_nothing(
     assert bridge.result["connections"] == 2
 
 
-def test_nobody_there_is_told_in_a_sentence(start: Callable[..., Any], url: str) -> None:
-    bridge = start("bridge", "naoqi", "--url", url)
-    until(lambda: "No NAOqi answers at" in words(bridge), "the sentence")
-    bridge.interrupt()
-    assert start("bridge", "naoqi", "--url", "here").wait() == 2
-    assert start("bridge", "naoqi", "--url", url, "--look-ahead", "5000").wait() == 2
-
-
 @pytest.mark.realtime
 def test_the_walker_walks_through_the_loop(
     start: Callable[..., Any], endpoint: str, url: str, far: str

@@ -126,13 +126,6 @@ def test_a_recording_cut_off_by_kill_9_opens(
     assert sorted(new) == list(range(min(new), max(new) + 1))
 
 
-def test_a_recording_that_names_no_body_asks_for_one(tmp_path: Path, endpoint: str) -> None:
-    with Recorder(tmp_path / "bare.mcap", {}):
-        pass
-    with pytest.raises(ConfigurationError, match="--robot"):
-        Replay(tmp_path / "bare.mcap", "film", endpoint)
-
-
 def test_a_recording_that_is_there_is_not_written_over(recording: Path, endpoint: str) -> None:
     before = recording.read_bytes()
     assert nao_hil(["record", "--out", str(recording), "--connect", endpoint]) == 2

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from bridge.errors import ConfigurationError, LinkError, RobotSilent
+from bridge.errors import ConfigurationError, LinkError
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.certificates import ROLES, with_keys
 from bridge.link.session import open_client, subscribe, try_client
@@ -179,8 +179,3 @@ def test_a_session_ends_with_its_certificate_and_who_waits_again_is_told(
         until(lambda: not controller.robot_alive, "the session to end")
         with pytest.raises(ConfigurationError, match=r"it has expired; .* --renew"):
             controller.wait_robot(timeout=TIMEOUT)
-
-
-def test_a_robot_that_is_not_there_is_waited_for(endpoint: str, folder: Path) -> None:
-    with pytest.raises(RobotSilent):
-        open_client(with_keys(endpoint.replace("tcp/", "tls/"), folder), timeout=0.1)

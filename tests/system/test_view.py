@@ -19,7 +19,6 @@ from bridge.errors import LinkError, WalkRefused
 from bridge.link.client import WalkClient
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
-from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
 from tests.loops import TIMEOUT, until
 
@@ -135,29 +134,6 @@ def one_sentence(said: str) -> str:
     assert "Traceback" not in said, said
     (error,) = [line for line in said.splitlines() if line.startswith("error: ")]
     return error
-
-
-def test_a_port_in_use_is_one_sentence(start: Start, taken: int, recording: Path) -> None:
-    view = start("view", "--replay", str(recording), "--port", str(taken))
-    assert view.wait() == 3
-    assert f"cannot be served at 127.0.0.1:{taken} (Address already in use)" in one_sentence(view.stderr)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["--replay", "no-such-file.mcap"], "no-such-file.mcap: cannot be read"),
-        (["--connect", "7447"], "must look like tcp/127.0.0.1:7447"),
-        (["--name", "a/b"], "1 to 64 letters"),
-    ],
-)
-def test_a_wrong_option_is_one_sentence(
-    port: int, arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(["view", "--port", str(port), *arguments]) == 2
-    said = capsys.readouterr().err
-    assert sentence in one_sentence(said)
-    assert "--replay" not in arguments or "the page is at" not in said
 
 
 def test_without_its_package_it_says_so(start: Start) -> None:

@@ -11,7 +11,6 @@ import pytest
 from bridge.body import load_body
 from bridge.body.postures import POSTURES
 from bridge.dcm.actuators import led_names
-from bridge.errors import FrameError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.client import WorldClient
@@ -131,16 +130,6 @@ def test_leds_are_in_the_truth_and_move_nothing() -> None:
         until(lambda: ear.leds[-1] == chest, "the red light")
         controller.publish(LedFrame(leds=(0,) * 89))
         until(lambda: ear.leds[-1] == (), "darkness")
-
-
-def test_a_refusal_is_one_sentence() -> None:
-    with running("real-time") as (world, _, _):
-        with pytest.raises(FrameError, match="Nothing called `Nose` can be pushed"):
-            world.send(Push(target="Nose", impulse=(1.0, 0.0, 0.0)))
-        with pytest.raises(FrameError, match="inside the robot"):
-            world.send(PlaceBox(name="wall", size=(1.0, 1.0, 1.0), at=(0.0, 0.0)))
-        with pytest.raises(FrameError, match="known are chest"):
-            world.send(Press(button="belly"))
 
 
 def test_lockstep_without_a_controller_steps_when_told_and_waits_otherwise() -> None:

@@ -13,7 +13,6 @@ from walker.gaits.catalogue import gait_kind
 from walker.monitor import DELAY_TIME_CONSTANT, DelayEstimator
 
 CYCLE = 0.01
-ZEROS = (0.0,) * 25
 
 
 def frame(seq: int, command: int) -> SensorFrame:
@@ -72,17 +71,3 @@ def test_a_gap_in_the_frames_is_one_in_the_answers_but_delay_is_none() -> None:
     assert estimator.gap < 0.1 * CYCLE
     estimator.update(frame(540, 499))
     assert estimator.gap == pytest.approx(38 * CYCLE, abs=0.1 * CYCLE)
-
-
-def test_nothing_is_a_gap_before_an_answer_was_in_force() -> None:
-    assert watched(lambda seq: -1).gap == 0.0
-
-
-def test_what_was_in_force_before_the_first_answer_is_not_the_walkers() -> None:
-    # A robot that has run for a minute with another's last command in force.
-    estimator = watched(lambda seq: max(17, seq - 1) if seq > 6001 else 17, first=6000, last=6100)
-    assert estimator.mean < 0.002
-
-
-def test_a_robot_that_never_answers_is_over_the_budget_soon() -> None:
-    assert watched(lambda seq: -1, last=60).mean > gait_kind("dynamic").max_delay

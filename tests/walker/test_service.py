@@ -16,7 +16,7 @@ from bridge.body import load_body
 from bridge.body.joints import LEG_SLOTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import joint_no_load_speed
-from bridge.errors import FrameError, NaoHilError, WalkRefused
+from bridge.errors import NaoHilError, WalkRefused
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry, decode, encode
 from bridge.messages.walk import WalkCommand, WalkStatus
 from emulator.robot import EmulatedRobot
@@ -79,13 +79,6 @@ def served() -> Iterator[Served]:
     served = Served()
     served.until("stand")
     yield served
-
-
-def test_stands_until_it_is_told_to_walk(served: Served) -> None:
-    served.run(1000)
-    assert served.controller.state == "stand"
-    assert not served.controller.done
-    assert served.ask(op="status").position == (0.0, 0.0, 0.0)
 
 
 def test_a_robot_that_hangs_does_not_walk_on_an_order_until_it_stands() -> None:
@@ -266,27 +259,6 @@ def test_what_cannot_be_walked_is_refused_with_the_bound(
     assert served.controller.walk.gait.name == "static"
 
 
-@pytest.mark.parametrize(
-    ("payload", "hint"),
-    [
-        (b"\x82\xa2op\xa4walk\xa7velocty\x93\xcb" + b"\x00" * 8 + b"\x00\x00", "did you mean 'velocity'"),
-        (b"\x81\xa2op\xa4wlak", "did you mean 'walk'"),
-        (b"\x81\xa5steps\x03", "missing key 'op'"),
-        (b"\x82\xa2op\xa4walk\xa5steps\xd0\xff", "steps"),
-        (b"\xc1", "not one whole msgpack map"),
-        (b"\x82\xa2op\xa4stop\xa7version\x09", "schema version 9"),
-    ],
-)
-def test_a_bad_command_is_told_with_a_suggestion(served: Served, payload: bytes, hint: str) -> None:
-    with pytest.raises(FrameError, match=hint):
-        served.service.answer(payload)
-
-
-def test_without_a_robot_nothing_is_promised() -> None:
-    with pytest.raises(WalkRefused, match="does not hold a robot yet"):
-        WalkService("static").answer(encode(WalkCommand(op="status")))
-
-
 def test_a_robot_that_fell_walks_again_once_it_is_upright(served: Served) -> None:
     served.ask(op="walk")
     served.run(100)
@@ -341,17 +313,6 @@ def test_a_motion_is_played_after_closing_the_feet_and_a_walk_gets_up_from_its_e
 def test_a_motion_that_cannot_be_played_is_refused(served: Served, motion: str | None, words: str) -> None:
     with pytest.raises(WalkRefused, match=words):
         served.ask(op="motion", motion=motion)
-
-
-def test_the_same_command_at_the_same_frame_gives_the_same_run() -> None:
-    def walk() -> list[ActuatorFrame]:
-        served = Served()
-        served.until("stand")
-        served.ask(op="walk", velocity=(0.012, 0.0, 0.0), at=200)
-        served.run(600)
-        return served.commands
-
-    assert walk() == walk()
 
 
 def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word() -> None:

@@ -80,7 +80,7 @@ class LeanParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     time_constant: Positive = 1.0
     """Time constant of the integral towards the fused angle, s: a gyroscope's bias b leaves b times this."""
     mean_time_constant: Positive = 2.0
-    """Of the mean that is taken for the ground's, s."""
+    """Time constant of the mean that is taken for the ground's, s."""
 
 
 class Lean:

@@ -141,7 +141,7 @@ class SupportState(NamedTuple):
     """The plan is to wait for the swing foot."""
 
     def role(self, side: Side) -> Role:
-        """Of one leg, for its admittance."""
+        """Role of one leg, for its admittance."""
         return "stance" if self.support in (side, "both") else "swing"
 
 

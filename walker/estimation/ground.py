@@ -49,10 +49,10 @@ class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Parameters of the estimate of the ground's tilt."""
 
     time_constant: Positive = 0.7
-    """Of the mean over the standing soles before the first step, s."""
+    """Time constant of the mean over the standing soles before the first step, s."""
     walking_time_constant: Positive = 6.0
-    """Of the mean in the walk, s: over two strides of the static gait, so that a foot that landed askew on an
-    obstacle does not turn the plan under the other one."""
+    """Time constant of the mean in the walk, s: over two strides of the static gait, so that a foot that landed
+    askew on an obstacle does not turn the plan under the other one."""
     min_force: Positive = 10.0
     """Force under a sole from which it counts as lying on the ground, N."""
     max_tilt: Positive = math.radians(10.0)
@@ -80,7 +80,7 @@ class GroundTilt:
         self._body = body
         self._tilt: Vec2 = (0.0, 0.0)
         self._past = deque([self._tilt], maxlen=1 + round(parameters.tipping_time / cycle))
-        """Of the last cycles without a capture step, the oldest first."""
+        """Tilts of the last cycles without a capture step, the oldest first."""
 
     def update(
         self,

@@ -57,7 +57,7 @@ class GyroscopeHeading:
 
     @staticmethod
     def of(body: Body) -> GyroscopeHeading | None:
-        """Of a body whose gyroscope has a vertical axis; None: it has none."""
+        """Heading estimator of a body whose gyroscope has a vertical axis; None: it has none."""
         return GyroscopeHeading(body) if body.inertial_unit.gyroscope_axes == 3 else None
 
     def update(self, frame: SensorFrame) -> float:
@@ -103,9 +103,9 @@ class GroundPlane(NamedTuple):
     roll: float = 0.0
     """rad; the orientation is Ry(pitch) Rx(roll)."""
     pitch: float = 0.0
-    """rad"""
+    """Pitch of the plane, rad."""
     height: float = 0.0
-    """Of the plane at the world's origin, m."""
+    """Height of the plane at the world's origin, m."""
 
     @property
     def normal(self) -> Array:

@@ -99,9 +99,9 @@ _CHECKED_STEPS = 4
 _DT = 0.02
 """Time between two checked poses, s."""
 _DT_QUASI_STATIC = 0.1
-"""Of a gait that takes seconds for a step."""
+"""Time step of a gait that takes seconds for a step."""
 _SEARCH_PRECISION = 0.1
-"""Of the fastest walk that a search finds, as a part of it."""
+"""Precision of the fastest walk that a search finds, as a part of it."""
 _LEAST_SHARE = 0.005
 """Part of a refused velocity below which the search gives up."""
 

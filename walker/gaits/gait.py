@@ -18,7 +18,7 @@ P = TypeVar("P", bound="GaitParameters")
 
 
 class Limits(Protocol):
-    """Of a gait that walks in any direction."""
+    """Velocity limits of a gait that walks in any direction."""
 
     @property
     def max_velocity(self) -> Vec3:
@@ -41,7 +41,7 @@ class PeriodicStep(NamedTuple):
     length: float
     """From one foothold to the next, m."""
     duration: float
-    """s"""
+    """Duration of a step, s."""
 
     @property
     def velocity(self) -> float:
@@ -62,7 +62,7 @@ class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
     @property
     def limits(self) -> Limits | None:
-        """Of the velocity, where the gait walks backward and sideways and turns, too; None: straight only."""
+        """Limits of the velocity of a gait that walks in any direction; None: straight only."""
         return None
 
     @property
@@ -122,7 +122,7 @@ class GaitCommand:
     last_step: int = 0
     """Number of the step that ends the walk, for gaits that slow down over several steps; 0: no bound."""
     feedback: Feedback = NO_FEEDBACK
-    """Of gaits whose plans have a pendulum."""
+    """Feedback of gaits whose plans have a pendulum."""
 
 
 class Gait(Protocol[S]):
@@ -145,7 +145,7 @@ class Gait(Protocol[S]):
 
     @property
     def limits(self) -> Limits | None:
-        """Of the velocity, where the gait walks in any direction; None: it does not."""
+        """Limits of the velocity of a gait that walks in any direction; None: straight only."""
         ...
 
     def initial(self) -> S:

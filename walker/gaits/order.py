@@ -103,7 +103,7 @@ class Steering:
         return error < 1.0 or (error < _CLOSE_ERROR and error < _error(tuple(rest)) + _LEAST_IMPROVEMENT)
 
     def velocity(self, here: Foothold) -> Vec3:
-        """Of the next step, m/s, m/s, rad/s.
+        """Velocity of the next step, m/s, m/s, rad/s.
 
         Args:
             here: middle between the feet, in the frame of the odometry.
@@ -118,7 +118,7 @@ class Steering:
 
 
 def _error(way: tuple[float, ...]) -> float:
-    """Of a way and turn that remain, m, m, rad; 1 where the walk is over."""
+    """Error of a way and turn that remain, m, m, rad; 1 where the walk is over."""
     x, y, turn = way
     return max(math.hypot(x, y) / ARRIVAL_DISTANCE, abs(turn) / ARRIVAL_ANGLE)
 

@@ -16,16 +16,16 @@ Support = Literal["L", "R", "both"]
 Phase = Literal["stand", "start", "DSL", "SSL", "DSR", "SSR", "stop"]
 OTHER_SIDE: Final[dict[Side, Side]] = {"L": "R", "R": "L"}
 SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
-"""Of a foot's y."""
+"""Sign of a foot's y."""
 
 
 class Foothold(NamedTuple):
     """A pose on the ground, an element of SE(2): of a sole, or of the origin of a walk."""
 
     x: float = 0.0
-    """m"""
+    """Place ahead, m."""
     y: float = 0.0
-    """m"""
+    """Place to the left, m."""
     yaw: float = 0.0
     """rad, positive: to the left"""
 
@@ -61,9 +61,9 @@ class SolePose(NamedTuple):
     """Pose of a sole (frame 9 of the thesis, below the ankle) in the walk frame."""
 
     x: float
-    """m"""
+    """Place ahead, m."""
     y: float
-    """m"""
+    """Place to the left, m."""
     z: float = 0.0
     """m above the nominal ground"""
     roll: float = 0.0
@@ -134,11 +134,11 @@ class Plan:
     com: tuple[float, float]
     """Centre of mass, x and y, m."""
     zmp: tuple[float, float]
-    """m"""
+    """Planned ZMP, m."""
     hip_height: float
     """Height of the hip joints (frame 0 of the legs) above the nominal ground, m."""
     pendulum: Pendulum | None = None
-    """Of gaits that take `Feedback`; None: the others."""
+    """Pendulum of gaits that take `Feedback`; None: the others."""
     capture: Side | None = None
     """The foot of a capture step, from the beginning of that step until the robot stands."""
     stop_poses: tuple[Foothold, ...] = ()
@@ -199,7 +199,7 @@ class LandedFoot(NamedTuple):
     xi: float
     """Capture point to the left of its ankle, in its frame, m."""
     roll: float
-    """Of the torso when this cycle's command is carried out, rad."""
+    """Roll of the torso when this cycle's command is carried out, rad."""
 
 
 class Feedback(NamedTuple):
@@ -210,7 +210,7 @@ class Feedback(NamedTuple):
     foothold_bias: float = 0.0
     """Shift of the feet behind their footholds at touch-down, along the heading of the stance foot, m."""
     heading: float = 0.0
-    """Of the robot less that of the plan, since the walk began, rad."""
+    """Heading of the robot less that of the plan, since the walk began, rad."""
     velocity: Vec2 = (0.0, 0.0)
     """Correction of the command for walking at the commanded velocity, forward and to the left, m/s."""
     extend_step: bool = False

@@ -174,12 +174,12 @@ class PoseMaker:
 
     def _standing_com(self, stand: Plan) -> Vec2:
         """Centre of mass in the torso of the pose that brings it over the planned point, x and y, m."""
-        found = (0.0, 0.0)
+        offset = (0.0, 0.0)
         for _ in range(30):  # a fixed point: the legs lag the torso with a third of its mass, 3^-30 is nothing
-            self._place(stand, stand.middle.yaw, found, None)
+            self._place(stand, stand.middle.yaw, offset, None)
             place = self._com(self._angles)
-            found = (float(place[0]), float(place[1]))
-        return found
+            offset = (float(place[0]), float(place[1]))
+        return offset
 
 
 def _product(a: Matrix3, b: Matrix3) -> Matrix3:

@@ -52,11 +52,11 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     k_a: Positive = 1.0 / 300.0
     """m: the pole of the spring is at |e + k_b| = pi^2 k_a, 32.9 mm."""
     k_b: float = 0.0
-    """m"""
+    """Offset in the spring's argument, m."""
     k_c: Positive = 0.5
-    """N"""
+    """Force scale of the spring, N."""
     k_d: float = 0.0
-    """N"""
+    """Offset of the spring's force, N."""
     D: Positive = 280.0
     """Damping, N s/m; not given in the thesis. By 4.1.1 the first contact loads the foot with about 70 N, and e
     stays small. Chosen: 70 N for two cycles (20 ms) move e by at most 5 mm, the target's depth: D = 70 N
@@ -222,8 +222,8 @@ class LegAdmittances:
     def _exchange(self, progress: float, dt: float) -> None:
         """Both legs change alike until the next stance leg is as long as planned at the end of the phase."""
         passed = max(smoothstep(progress), self._passed)
-        left = 1.0 - self._passed
-        share = (passed - self._passed) / left if left > 0.0 else 1.0
+        remaining = 1.0 - self._passed
+        share = (passed - self._passed) / remaining if remaining > 0.0 else 1.0
         step = self._p.max_rate * dt
         by = clip(-self._legs[self._landed].offset * share, -step, step)
         self._passed = passed

@@ -134,17 +134,17 @@ class BackwardStepParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     hip_angle: NotNegative = 0.35
     """Bend of the torso against the legs, rad."""
     hip_rate: Positive = 4.0
-    """Of the bend, rad/s: HipPitch turns at 7 rad/s at most (no-load speed)."""
+    """Rate of the bend, rad/s: HipPitch turns at 7 rad/s at most (no-load speed)."""
     hip_return_rate: Positive = 2.0
-    """Of the way back, rad/s: as the leg that landed rights the torso."""
+    """Rate of the way back, rad/s: as the leg that landed rights the torso."""
     hip_behind: NotNegative = 0.081
     """Capture point behind the stance ankle beyond which the bend continues, m."""
     arm_angle: NotNegative = 3.4
     """Swing of both arms, rad: from hanging beyond straight up."""
     arm_rate: Positive = 8.8
-    """Of that, rad/s: over ShoulderPitch's no-load speed, 7.9 to 8.3 rad/s, so the joint moves at its limit."""
+    """Rate of the swing, rad/s: over ShoulderPitch's no-load speed (7.9 to 8.3 rad/s), its limit."""
     arm_return_rate: Positive = 1.0
-    """Of the way back, rad/s: a fast one throws the robot again."""
+    """Rate of the way back, rad/s: a fast one throws the robot again."""
     arm_behind: NotNegative = 0.072
     """Capture point behind the stance ankle beyond which the arms swing on, m."""
     decision: NotNegative = 0.15
@@ -170,7 +170,7 @@ class BackwardStep:
             for name in ("HipPitch", "ShoulderPitch")
         }
         self.bend = 0.0
-        """Of the torso ahead against the legs, rad."""
+        """Bend of the torso ahead against the legs, rad."""
         self._arms = 0.0
         """Swing of the arms ahead and up, rad."""
         self._arms_rise = False

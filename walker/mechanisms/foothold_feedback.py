@@ -25,7 +25,7 @@ from bridge.types import Array, Fraction, NotNegative, Positive, Side, Vec2
 from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
 
 _PARTS: Final = 8
-"""Of a step, each with a mean of its own."""
+"""Parts of a step, each with a mean of its own."""
 _LEARN_STEPS: Final = 6
 """Number of steps after which the mean is learnt, and the whole deviation counts."""
 _FIRST_STEPS: Final = 2
@@ -63,7 +63,7 @@ class _Measured(NamedTuple):
     """Less the plan, in the frame of the stance foot, shape (2,), m."""
 
     com: Array
-    """Of the centre of mass."""
+    """Deviation of the centre of mass."""
     miss: Array
     """From the swing foot to its foothold."""
 
@@ -98,7 +98,7 @@ class DeviationEstimator:
         self._first_step = 0
         """Number of the first step."""
         self._stance_yaw = 0.0
-        """Of the stance foot; position and rate are in its frame."""
+        """Yaw of the stance foot; position and rate are in its frame."""
         self._position: Array = np.zeros(2)
         self._rate: Array = np.zeros(2)
         self._miss: Array = np.zeros(2)
@@ -143,7 +143,7 @@ class DeviationEstimator:
         return Feedback(self._deviation(then, plan), self._placement)
 
     def _deviation(self, then: Plan, now: Plan) -> Vec2:
-        """Of the capture point from that of the plan in force now, walk frame, m."""
+        """Deviation of the capture point from that of the plan in force now, walk frame, m."""
         if then.support == "both" or then.pendulum is None or now.pendulum is None:
             return NO_FEEDBACK.deviation
         p, omega = self._p, then.pendulum.omega

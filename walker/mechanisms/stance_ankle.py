@@ -31,7 +31,7 @@ from walker.gaits.plan import OTHER_SIDE, Support
 from walker.mechanisms.torso_control import ankle_pitch_from_lean
 
 _PARTS: Final = 8
-"""Of a step, each with a pattern of its own."""
+"""Parts of a step, each with a pattern of its own."""
 
 
 class StridePattern:
@@ -89,9 +89,9 @@ class AnkleOffsets(NamedTuple):
     """Offsets of both ankles, left and right."""
 
     roll: Vec2 = (0.0, 0.0)
-    """Of AnkleRoll, rad."""
+    """Offsets of AnkleRoll, rad."""
     pitch: Vec2 = (0.0, 0.0)
-    """Of AnklePitch, rad, positive toe down."""
+    """Offsets of AnklePitch, rad, positive toe down."""
 
 
 class StanceAnkle:

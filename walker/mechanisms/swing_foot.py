@@ -57,9 +57,9 @@ class SwingFootCorrection(NamedTuple):
     lift: float = 0.0
     """Height, m."""
     roll: float = 0.0
-    """Of the sole, rad, right-handed."""
+    """Roll of the sole, rad, right-handed."""
     pitch: float = 0.0
-    """Of the sole, rad, positive toe down."""
+    """Pitch of the sole, rad, positive toe down."""
 
 
 class SwingFootOrientation:
@@ -121,7 +121,7 @@ class SwingFootOrientation:
         return corrections
 
     def _after_capture_step(self, side: Side, landed: Side, dt: float, *, back: bool) -> Vec2:
-        """Of the foot that landed; the other one turns into the plane of that sole."""
+        """Correction of the foot that landed; the other one turns into the plane of that sole."""
         p = self._p
         goal = (0.0, 0.0) if side == landed else self._turn[landed]
         rates = p.return_rate, p.return_rate

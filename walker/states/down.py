@@ -16,15 +16,15 @@ from walker.monitor import Estimate
 from walker.states.state import State, StateName, legs_hold
 
 _LEG_POSE: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
-"""Of both legs, rad: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
+"""Angles of both legs, rad: the mass falls less far, and the soles stay level. Other joints stay."""
 _HIP_COUNTER_TURN: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
 """Turn of the hips of both legs in the direction of the fall, rad: the torso turns back over the legs and
 leans later. The ranges of HipPitch and HipRoll leave no more."""
 _HEAD_PITCH: Final = {"front": -0.65, "back": 0.5}
 """HeadPitch: the face away from the ground, or the chin on the chest (NaoTH turns it the same ways)."""
 _ARM_POSE: Final = {"ShoulderPitch": 0.3, "ElbowRoll": -0.8}
-"""Of the left arm, mirrored for the right: stretched ahead and bent, so that elbow and forearm reach the ground
-before the head."""
+"""Angles of the left arm, mirrored for the right: stretched ahead and bent, so that elbow and forearm reach the
+ground before the head."""
 
 
 def brace(frame: SensorFrame) -> tuple[float, ...]:
@@ -83,7 +83,8 @@ class Fallen:
 
 
 REST_STIFFNESS: Final = 0.1
-"""Of all joints. With none an emulated robot tips over in the crouch: its thighs do not rest on its calves."""
+"""Stiffness of all joints. With none an emulated robot tips over in the crouch, because its thighs do not rest
+on its calves."""
 
 
 class Resting:

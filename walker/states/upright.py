@@ -18,7 +18,7 @@ from walker.states.state import State, StateName
 APPROACH_RATE: Final = 0.6
 """rad/s; the fastest joint's mean speed (assumed safe: a sixth of the slowest leg joint's no-load speed)."""
 MIN_APPROACH_TIME: Final = 1.0
-"""s"""
+"""Shortest approach, s."""
 
 
 class JointInterpolation:
@@ -78,8 +78,8 @@ class BumplessTransfer:
             dt: time since the last cycle, s.
         """
         self._t += dt
-        left = quintic(1.0, 0.0, TRANSFER_TIME, self._t).position
-        return tuple(a + left * jump for a, jump in zip(angles, self._jump, strict=True))
+        remaining = quintic(1.0, 0.0, TRANSFER_TIME, self._t).position
+        return tuple(a + remaining * jump for a, jump in zip(angles, self._jump, strict=True))
 
 
 class Standing:

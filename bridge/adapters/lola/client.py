@@ -84,13 +84,13 @@ class Setpoints:
         return None
 
     def position(self, held: Sequence[float]) -> tuple[float, ...]:
-        """Of all joints, rad; of a joint without a setpoint the angle that the robot holds."""
+        """Position of all joints, rad; of a joint without a setpoint the angle that the robot holds."""
         own = self._values["Position"]
         return tuple(at if math.isnan(p) else p for p, at in zip(own, held, strict=True))
 
     @property
     def stiffness(self) -> tuple[float, ...]:
-        """Of all joints."""
+        """Stiffness of all joints."""
         return tuple(self._values["Stiffness"])
 
 

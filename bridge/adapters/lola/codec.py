@@ -26,7 +26,7 @@ from bridge.dcm.actuators import led_names
 CYCLE: Final = 0.012
 """s (confirmed: vendor's page on LoLA)."""
 DEFAULT_SOCKET: Final = "/tmp/robocup"
-"""Of the robot (confirmed: every team's code)."""
+"""Socket of the robot (confirmed: every team's code)."""
 SENSOR_BYTES: Final = 896
 """Length of every sensor packet (confirmed: teams read exactly that many)."""
 IDENTIFIERS: Final = 4
@@ -89,7 +89,7 @@ Map = dict[str, Scalar | list[Scalar]]
 MAX_MESSAGE: Final = 4096
 """bytes; LoLA's own maps have 896 and 786."""
 MAX_ELEMENTS: Final = 256
-"""Of an array or a map."""
+"""Most elements of an array or a map."""
 MAX_TEXT: Final = 31
 """bytes; newer msgpacks write longer texts as `str 8`."""
 _SCALARS: Final = frozenset({float, int, bool, str, type(None)})

@@ -26,13 +26,13 @@ POSITION_STEP: Final = 0.001534
 RESIDUE: Final = 4.2e-5
 """rad between each joint's values and whole steps."""
 RESIDUE_SIGNS: Final = (-1, -1, -1, -1, -1, 1, -1, 1, 1, 1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, -1, 1, -1)
-"""Of the joints that are angles, in frame order; the same on both robots."""
+"""Signs of the residues of the joints that are angles, in frame order; the same on both robots."""
 HAND_STEP: Final = 0.0004
-"""Of a hand's opening (assumed: all four captured values are multiples of it)."""
+"""Step of a hand's opening (assumed: all four captured values are multiples of it)."""
 GYROSCOPE_STEP: Final = math.radians(500.0) / 32768.0
-"""rad/s"""
+"""Step of a reading, rad/s."""
 ACCELEROMETER_STEP: Final = 9.81 / 1024.0
-"""m/s^2"""
+"""Step of a reading, m/s^2."""
 _STEPS: Final = {"Gyroscope": GYROSCOPE_STEP, "Accelerometer": ACCELEROMETER_STEP}
 _HIGH_TEMPERATURE: Final = 76.0
 _COOL_TEMPERATURE: Final = 70.0

@@ -46,7 +46,7 @@ _ARRIVAL_WINDOW: Final = 31
 _MAX_PHASE_STEP: Final = 100_000
 """ns by which the phase moves at most from one packet to the next."""
 _CYCLE_TOLERANCE: Final = 1e-6
-"""s"""
+"""Rounding of the robot's cycle, s."""
 logger = logging.getLogger(__name__)
 _MAX_FRAME_AGE: Final = 100_000_000
 """ns; an older frame is not sent: the robot is paused, and its LoLA is silent."""
@@ -61,7 +61,7 @@ _FIRST_MAP_WAIT: Final = 1.0
 _WARNING_DELAY: Final = 1.0
 """s that a robot in lockstep waits for an answer before a warning."""
 _ROUNDING: Final = 1e-6
-"""Of a cycle; robot time is a multiple of the cycle except for rounding."""
+"""Tolerance of a cycle; robot time is a multiple of the cycle except for rounding."""
 
 
 class PacketTimer:

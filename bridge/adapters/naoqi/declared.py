@@ -558,7 +558,7 @@ def require_times(times: Sequence[Sequence[float]], values: Sequence[Sequence[fl
 
 
 Fraction = Annotated[float, fraction]
-"""Of the maximum speed, above 0 and up to 1."""
+"""Fraction of the maximum speed, above 0 and up to 1."""
 Duration = Annotated[float, Range(0.0, MAX_DURATION, "s")]
 Pairs = Annotated[list[list[Any]], pairs]
 """`[[name, value], ...]`"""

@@ -154,7 +154,7 @@ class Reading(NamedTuple):
     cycles: int
     """Cycles of the robot since the last reading; 1 unless some are left out."""
     fields: Mapping[str, Any]
-    """Of a `SensorFrame`."""
+    """Fields of a `SensorFrame`."""
 
 
 class _Sent(NamedTuple):

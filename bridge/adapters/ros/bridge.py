@@ -193,7 +193,7 @@ class RosBridge:
             logger.warning("no picture of %s: %s", name, error)
             return
         moment, pixels = picture.result()
-        found = messages.image(CAMERAS[name], _PICTURE_WIDTH, pixels, round(1e9 * moment))
-        for publisher, message in zip(publishers, found, strict=True):
+        image = messages.image(CAMERAS[name], _PICTURE_WIDTH, pixels, round(1e9 * moment))
+        for publisher, message in zip(publishers, image, strict=True):
             publisher.publish(message)
         self.counts.pictures += 1

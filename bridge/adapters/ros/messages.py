@@ -67,7 +67,7 @@ _QOS: Final = Qos(
     avoid_ros_namespace_conventions=False,
 )
 _LATCHED: Final = _QOS._replace(depth=1, durability=QosDurability.TRANSIENT_LOCAL)
-"""Of the description: a node that comes later gets it too. As of the live topics (`wire.py`)."""
+"""Quality of service of the description, which a later node receives too, as of the live topics (`wire.py`)."""
 _UNKNOWN_COVARIANCE: Final = np.zeros(9)
 """An unknown covariance (REP of sensor_msgs)."""
 
@@ -237,7 +237,7 @@ class RosMessages:
         )
 
     def _velocity(self, now: float) -> Vec3:
-        """Of the footprint in its own frame since the last odometry, m/s, m/s, rad/s."""
+        """Velocity of the footprint in its own frame since the last odometry, m/s, m/s, rad/s."""
         before, self._last_place = self._last_place, (now, self._place)
         if before is None or not now > before[0]:
             return 0.0, 0.0, 0.0
@@ -252,8 +252,8 @@ class RosMessages:
             ODOM, FOOTPRINT, (x, y, 0.0), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
         )
         torso = self._links.torso_over_feet(FOOTPRINT, frame.position, frame.angle)
-        found = [walked, torso, *self._links.of_joints(frame.position), *self._optical]
-        return self.make(TYPES[TF], transforms=[self._transform(t, stamp) for t in found])
+        transforms = [walked, torso, *self._links.of_joints(frame.position), *self._optical]
+        return self.make(TYPES[TF], transforms=[self._transform(t, stamp) for t in transforms])
 
     def _transform(self, transform: LinkTransform, stamp: int) -> Any:
         return self.make(

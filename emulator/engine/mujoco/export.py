@@ -33,25 +33,25 @@ class Drive:
 
     joint: str
     stall: float
-    """N m"""
+    """Stall torque, N m."""
     no_load_speed: float
-    """rad/s"""
+    """Speed without load, rad/s."""
     rotor_inertia: float
     """At the joint, kg m^2."""
     full_voltage_error: float
-    """rad"""
+    """Position error that gets the full voltage, rad."""
     lead: float
-    """s"""
+    """Lead of the loop, s."""
     delay: float
-    """s"""
+    """Delay of a request, s."""
     backlash: float
-    """rad"""
+    """Backlash of the gear, rad."""
     compliance: float
     """rad/(N m)"""
     relaxation: float
-    """s"""
+    """Relaxation time of the gear, s."""
     friction: float
-    """N m"""
+    """Dry friction, N m."""
 
     @property
     def geared(self) -> bool:
@@ -169,8 +169,8 @@ def _settle_springs(simulation: Simulation, drives: Sequence[Drive]) -> None:
     model, spec = simulation.model, simulation.spec
     for geom in spec.geoms:
         if geom.name.startswith(tuple(FOOT_LINKS.values())):
-            found = model.geom(geom.name)
-            geom.solref, geom.solimp, geom.friction = found.solref, found.solimp, found.friction
+            compiled = model.geom(geom.name)
+            geom.solref, geom.solimp, geom.friction = compiled.solref, compiled.solimp, compiled.friction
     for drive in drives:
         if drive.compliance > 0.0:
             dof = model.joint(_gear(drive.joint)).dofadr[0]

@@ -61,7 +61,7 @@ class MujocoThing(Thing):
         friction: float | None = None,
     ) -> None:
         self.rolling_arm = 0.0
-        """Of a ball, m."""
+        """Lever of a ball's rolling friction, m."""
         self._simulation, self.name, self.pose = simulation, name, pose
         self.body, self.geoms, self.friction = body, geoms, friction
 
@@ -88,7 +88,7 @@ class MujocoThing(Thing):
 
     @staticmethod
     def pose_of_floor(data: Any) -> Pose:
-        """Of the state `data`."""
+        """Floor's pose of the state `data`."""
         x, y, z = data.mocap_pos[0].tolist()
         return Pose((x, y, z), xyzw(data.mocap_quat[0]))
 
@@ -122,7 +122,7 @@ class MujocoScene:
         simulation.tune = self._soften
         self._numbers = itertools.count(1)
         self.normal: Vec3 = (0.0, 0.0, 1.0)
-        """Of the floor, world frame."""
+        """Normal of the floor, world frame."""
         self._floor_body = simulation.spec.worldbody.add_body(name=FLOOR, mocap=True)
         plane = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "size": (0.0, 0.0, 1.0)}
         geoms = self._add(self._floor_body, "plane", **plane)

@@ -55,7 +55,7 @@ _PRISM_POINTS: Final = 4
 TOP_POINTS: Final = 4
 """Points of the foot's upper side, for a foot upside down on the floor."""
 POINT_RADIUS: Final = 0.001
-"""Of the ball at each point, m."""
+"""Radius of the ball at each point, m."""
 TIME_CONSTANT_STEPS: Final = 3.0
 """Time constant of the contacts and stops in physics steps; MuJoCo takes no less than two."""
 IMPEDANCE: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
@@ -113,7 +113,7 @@ class Bed(NamedTuple):
     points: Array
     """AnkleRoll frame, (n, 3), m."""
     shares: Array
-    """Of each point in the bed's stiffness, (n,), sum 1."""
+    """Share of each point in the bed's stiffness, (n,), sum 1."""
     twist: float
     """Torque against a turn on the spot over the friction force, in the point in the middle, m."""
 
@@ -134,7 +134,7 @@ def sole_bed(body: Body, side: Side) -> Bed:
 
 
 def mean_distance(length: float, width: float) -> float:
-    """Of the points of a rectangle from its middle, m: lever of the friction of an evenly pressed one."""
+    """Mean distance of the points of a rectangle from its middle, m: lever of friction under even pressure."""
     a, b, d = length, width, math.hypot(length, width)
     along = d + a * a / (2.0 * b) * math.log((b + d) / a)
     return (along + b * b / (2.0 * a) * math.log((a + d) / b)) / 6.0

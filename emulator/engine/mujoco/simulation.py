@@ -171,7 +171,7 @@ class MujocoModel:
     body: Body
     """Data sheet."""
     prefix: str
-    """Of every name."""
+    """Prefix of every name."""
     joints: tuple[str, ...]
     """Mechanical joints in the data sheet's order, without prefix."""
     held: bool

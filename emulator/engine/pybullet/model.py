@@ -60,7 +60,7 @@ class PrincipalInertia(NamedTuple):
     moments: Vec3
     """kg m^2"""
     orientation: Quaternion
-    """Of the principal axes in the link frame, (x, y, z, w)."""
+    """Orientation of the principal axes in the link frame, (x, y, z, w)."""
 
 
 def with_rotor(tensor: Array, axis: Vec3, rotor: float) -> Array:

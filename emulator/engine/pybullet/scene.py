@@ -73,7 +73,7 @@ class BulletThing(Thing):
         self._client, self.number, self.fixed = client, number, fixed
         self.own_friction = False
         self.rolling_arm = 0.0
-        """Of a ball, m."""
+        """Lever of a ball's rolling friction, m."""
         self.pushes: list[Vec3] = []
         """Forces of the next step, world frame, N."""
 
@@ -130,7 +130,7 @@ class BulletScene:
         self.ground: set[int] = set()
         """PyBullet's numbers of the floor and of everything fixed on it."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
-        """Of the floor, world frame."""
+        """Normal of the floor, world frame."""
         self._fix(self._shape(bullet.GEOM_PLANE, planeNormal=(0.0, 0.0, 1.0)), ORIGIN)
 
     def _shape(self, kind: int, **options: Any) -> int:

@@ -84,7 +84,7 @@ class Stand(NamedTuple):
     zmp: Point | None
     """World frame, m."""
     margin: float | None
-    """Of the zero moment point inside the support polygon, m."""
+    """Margin of the zero moment point inside the support polygon, m."""
     capture: Point
     """Capture point: where a foot would have to stand for the robot to come to rest over it, world frame, m."""
 
@@ -99,7 +99,7 @@ class PlannedStand(NamedTuple):
     lift: dict[Side, float]
     """Planned height of each sole, m."""
     margin: float | None
-    """Of the planned ZMP inside the hull of the planned soles on the ground, m."""
+    """Margin of the planned ZMP inside the hull of the planned soles on the ground, m."""
 
 
 class Balance(NamedTuple):

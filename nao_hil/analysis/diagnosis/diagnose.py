@@ -90,12 +90,12 @@ def symptoms_of(cycles: Iterable[Cycle], body: Body) -> list[Symptom]:
     """All symptoms of a run in order of their discovery, to the first fall."""
     observer = BalanceEstimator(body)
     watch = Symptoms(observer)
-    found: list[Symptom] = []
+    symptoms: list[Symptom] = []
     for cycle in cycles:
-        found += watch.update(observer.update(cycle))
-        if found and found[-1].kind == "fall":
+        symptoms += watch.update(observer.update(cycle))
+        if symptoms and symptoms[-1].kind == "fall":
             break
-    return found
+    return symptoms
 
 
 def diagnose(run: Run) -> Diagnosis | None:

@@ -95,7 +95,7 @@ class TippingSign:
 
 
 def lean_angle(balance: Balance) -> float:
-    """Of the torso from the vertical, rad."""
+    """Angle of the torso from the vertical, rad."""
     return math.acos(min(max(float(balance.best.robot.frames[0][2, 2]), -1.0), 1.0))
 
 
@@ -121,9 +121,9 @@ TIPPING: Final = {True: 0.1, False: 0.2}
 """How long it stays there in a symptom, s, by the ground truth and by the sensors: an untroubled dynamic gait
 comes to 0.06 and 0.19 s."""
 SLIP_SPEED: Final = 0.1
-"""Of the loaded part of a sole over the ground, m/s; rolling over an edge in a good walk comes to 0.08."""
+"""Speed of the loaded part of a sole over the ground, m/s; rolling over an edge reaches 0.08 in a good walk."""
 SLIP_TIME: Final = 0.05
-"""s"""
+"""Time of slipping that counts, s."""
 LOADED: Final = 12.0
 """Vertical force under which a foot that moves does not count as slipping, N."""
 LATE_TIME: Final = 0.15
@@ -133,13 +133,13 @@ LATE_HEIGHT: Final = 0.005
 EARLY_HEIGHT: Final = 0.004
 """Planned height over which a touch-down is early, m."""
 EARLY_TIME: Final = 0.05
-"""s"""
+"""Time before the planned touch-down that counts, s."""
 TILT: Final = math.radians(12.0)
-"""Of the torso from the vertical, more than an untroubled walk of a nominal robot."""
+"""Tilt of the torso from the vertical, more than an untroubled walk of a nominal robot."""
 MISSED: Final = 5
 """Cycles without an answer within `MISSED_TIME`."""
 MISSED_TIME: Final = 0.2
-"""s"""
+"""Time without a command that counts, s."""
 LIMP: Final = (0.1, 0.5)
 """Stiffness under which a leg joint is limp, and over which another one must be."""
 STARTING: Final = 0.5
@@ -187,7 +187,7 @@ class Symptoms:
         if self._last is not None and balance.cycle.sensors.seq < self._last.cycle.sensors.seq:
             self._begin()
         self._note_control(balance)
-        found = [
+        signs = [
             *self._world(balance),
             *self._limp_joints(balance),
             *self._missing(balance),
@@ -196,12 +196,12 @@ class Symptoms:
             *self._posture(balance),
         ]
         if self._lies:  # motions of a robot that lies are no symptom
-            found = [s for s in found if s.kind in ("world", "order")]
-        found = [s._replace(counted=balance.cycle.sensors.time) for s in found]
+            signs = [s for s in signs if s.kind in ("world", "order")]
+        signs = [s._replace(counted=balance.cycle.sensors.time) for s in signs]
         lean = lean_angle(balance)
         self._lies = fallen(balance, lean) or (self._lies and lean > TILT)
         self._last = balance
-        return found
+        return signs
 
     def _note_control(self, balance: Balance) -> None:
         """When the torso control last did something in a walk."""
@@ -256,25 +256,25 @@ class Symptoms:
         return [] if began is None else [Symptom(began, "zmp", "the ZMP left the support polygon")]
 
     def _foot(self, balance: Balance, side: Side) -> list[Symptom]:
-        found = []
+        signs = []
         time, word = balance.cycle.sensors.time, {"L": "left", "R": "right"}[side]
         slipping = self._slip[side].update(time, self._slip_speed(balance, side) > SLIP_SPEED)
         if slipping is not None:
-            found.append(Symptom(slipping, "slip", f"the {word} foot slipped"))
+            signs.append(Symptom(slipping, "slip", f"the {word} foot slipped"))
         plan, walk = balance.plan, balance.cycle.walk
         if plan is None or walk is None or walk.state not in ("walk", "stopping"):
-            return found
+            return signs
         touches, lift = balance.best.contacts.of(side), plan.lift[side]
         due = max(plan.lift.values()) < 1e-4
         late = self._late[side].update(time, due and not touches and self._height(balance, side) > LATE_HEIGHT)
         if late is not None:
-            found.append(Symptom(late, "late", f"the {word} foot touched down late"))
+            signs.append(Symptom(late, "late", f"the {word} foot touched down late"))
         swings = lift > EARLY_HEIGHT
         self._flown[side] = swings and (self._flown[side] or not touches)
         early = self._early[side].update(time, self._flown[side] and touches)
         if early is not None:
-            found.append(Symptom(early, "early", f"the {word} foot touched down early"))
-        return found
+            signs.append(Symptom(early, "early", f"the {word} foot touched down early"))
+        return signs
 
     def _slip_speed(self, balance: Balance, side: Side) -> float:
         """Speed over the ground of the point of the sole that bears the load, m/s; 0 without ground truth."""
@@ -290,7 +290,7 @@ class Symptoms:
         return float(np.hypot(way[0], way[1])) / dt
 
     def _height(self, balance: Balance, side: Side) -> float:
-        """Of a sole's lowest corner over that of the other sole, m."""
+        """Height of a sole's lowest corner over that of the other sole, m."""
         feet = balance.best.robot.feet
         low = {s: float(self._kinematics.sole_in_world(s, feet[s])[:, 2].min()) for s in SIDES}
         return low[side] - min(low.values())
@@ -298,13 +298,13 @@ class Symptoms:
     def _posture(self, balance: Balance) -> list[Symptom]:
         time = balance.cycle.sensors.time
         lean = lean_angle(balance)
-        found = []
+        signs = []
         if (tilted := self._tilt.update(time, lean > TILT)) is not None:
-            found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
+            signs.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
         if balance.cycle.walk is not None:
             self._watch.telemetry(balance.cycle.walk)
         for notice in balance.cycle.notices:
             self._watch.notice(notice)
         if self._watch.update(down=fallen(balance, lean)):
-            found.append(Symptom(time, "fall", "the robot fell"))
-        return found
+            signs.append(Symptom(time, "fall", "the robot fell"))
+        return signs

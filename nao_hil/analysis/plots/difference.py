@@ -54,15 +54,15 @@ def _pairs(ax: Axes, other: Axes) -> list[tuple[Line2D, Line2D]]:
 
 def _curves(ax: Axes) -> dict[tuple[str, int], Line2D]:
     """Curves by label and number; lines that mark a time or a level are none."""
-    found: dict[tuple[str, int], Line2D] = {}
+    lines: dict[tuple[str, int], Line2D] = {}
     seen: Counter[str] = Counter()
     for line in ax.lines:
         if np.size(line.get_xdata()) > MARK:
             label = str(line.get_label())
             label = "" if label.startswith("_") else label
-            found[label, seen[label]] = line
+            lines[label, seen[label]] = line
             seen[label] += 1
-    return found
+    return lines
 
 
 def _less(line: Line2D, other: Line2D, end: float) -> tuple[Array, Array]:

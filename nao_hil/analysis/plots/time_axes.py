@@ -29,18 +29,18 @@ _ROOM: Final = 0.05
 
 
 def walk_time(run: Run) -> Array:
-    """Of the walker's telemetry, s, shape (n,)."""
+    """Times of the walker's telemetry, s, shape (n,)."""
     return np.asarray(run["walk/telemetry"]["seq"] * run.body.cycle, dtype=np.float64)
 
 
 def phases(run: Run) -> list[tuple[str, float, float]]:
     """Phase of the plan, its begin and its end, s."""
     told = zip(run["walk/telemetry"]["phase"], walk_time(run), strict=True)
-    found = []
+    spans = []
     for phase, rows in itertools.groupby(told, key=lambda row: str(row[0])):
         times = [float(time) for _, time in rows]
-        found.append((phase, times[0], times[-1] + run.body.cycle))
-    return found
+        spans.append((phase, times[0], times[-1] + run.body.cycle))
+    return spans
 
 
 def events(run: Run) -> list[float]:

@@ -92,15 +92,15 @@ class CycleSupport:
             x: m, shape (times, points).
             y: of the same shape.
         """
-        found = np.empty_like(x)
+        margins = np.empty_like(x)
         rows = max(1, BLOCK_SIZE // x.shape[1])
         for begin in range(0, len(x), rows):
             part = slice(begin, begin + rows)
             furthest = np.full_like(x[part], -np.inf)
             for n_x, n_y, d in self._planes[:, :, part, None]:
                 np.maximum(furthest, n_x * x[part] + n_y * y[part] + d, out=furthest)
-            found[part] = -furthest
-        return found
+            margins[part] = -furthest
+        return margins
 
 
 SAMPLE_TIME: Final = 0.01

@@ -83,21 +83,21 @@ def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
     limits = [(float(axis[0]), float(axis[-1])) for pair in pairs for axis in pair]
 
     def margins(choices: Array) -> Array:
-        """Of all moments, shape (times, choices), from choices of shape (choices, 4)."""
+        """Margins of all moments, shape (times, choices), from choices of shape (choices, 4)."""
         x, _ = tables[0].zmp(motions[0].at(choices[:, 0], choices[:, 1]))
         _, y = tables[1].zmp(motions[1].at(choices[:, 2], choices[:, 3]))
         return cycle.support.margins(x, y)
 
     # Unknowns v: the four numbers and m, all in mm, so that steps and tolerances of the method fit.
     def room(v: Array) -> Array:
-        left: Array = 1e3 * margins(1e-3 * v[None, :4])[:, 0] - v[4]
-        return left
+        slack: Array = 1e3 * margins(1e-3 * v[None, :4])[:, 0] - v[4]
+        return slack
 
     def slopes(v: Array) -> Array:
         step = 1e-3
         moved = 1e-3 * (v[:4] + step * np.vstack((np.eye(4), -np.eye(4))))
-        found = 1e3 * margins(moved)
-        by_choice = (found[:, :4] - found[:, 4:]) / (2.0 * step)
+        moved_margins = 1e3 * margins(moved)
+        by_choice = (moved_margins[:, :4] - moved_margins[:, 4:]) / (2.0 * step)
         return np.column_stack((by_choice, np.full(len(by_choice), -1.0)))
 
     def cost(v: Array) -> float:
@@ -111,7 +111,7 @@ def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
     with warnings.catch_warnings():
         # Its steps leave the bounds by a rounding error.
         warnings.filterwarnings("ignore", "Values in x were outside bounds")
-        found = minimize(
+        optimum = minimize(
             cost,
             begin,
             jac=steepest,
@@ -120,7 +120,7 @@ def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
             constraints={"type": "ineq", "fun": room, "jac": slopes},
             options={"maxiter": 100, "ftol": 1e-6},
         )
-    better = np.clip(1e-3 * found.x[:4], *np.array(limits).T)
+    better = np.clip(1e-3 * optimum.x[:4], *np.array(limits).T)
     reached = np.append(1e3 * better, 1e3 * float(margins(better[None]).min()))
     return Choice(*better.tolist()) if cost(reached) < cost(begin) else choice
 
@@ -157,7 +157,7 @@ class CyclePlan(NamedTuple):
 
     choice: Choice
     margin: float
-    """Of the choice, m."""
+    """Margin of the choice, m."""
 
 
 def search(cycle: Cycle, grid: int = GRID, progress: Progress = lambda _: None) -> CyclePlan:

@@ -63,15 +63,15 @@ def improve(
     study.sampler = optuna.samplers.TPESampler(seed=len(study.trials))
 
     def objective(trial: optuna.Trial) -> float:
-        """Of one trial; a gait that cannot be walked is pruned."""
+        """Margin of one trial; a gait that cannot be walked is pruned."""
         tried = _tried(p, {name: trial.suggest_float(name, *_range(p, name)) for name in _vector(p)})
         try:
-            found = search(Cycle(tried, body, ARMS), COARSE_GRID)
-            check_walkable(body, HuangGait(msgspec.structs.replace(tried, **found.choice._asdict()), body))
+            plan = search(Cycle(tried, body, ARMS), COARSE_GRID)
+            check_walkable(body, HuangGait(msgspec.structs.replace(tried, **plan.choice._asdict()), body))
         except ConfigurationError as error:
             trial.set_user_attr("refused", str(error))
             raise optuna.TrialPruned from None
-        return found.margin
+        return plan.margin
 
     def tell(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
         done = [t for t in study.trials if t.value is not None]

@@ -17,7 +17,7 @@ class PI:
     """G_PI(q) = V_i (1 + q T_i)/q (4.15)."""
 
     T_i: float
-    """s"""
+    """Integration time of the PI controller, s."""
     V_i: float
     """1/s"""
 
@@ -52,12 +52,12 @@ class TorsoDesign:
 
     @property
     def numerator_z(self) -> tuple[float, ...]:
-        """Of G_R(z), highest power first."""
+        """Numerator of G_R(z), highest power first."""
         return tuple(float(c) for c in numerator(self.controller_z))
 
     @property
     def denominator_z(self) -> tuple[float, ...]:
-        """Of G_R(z), highest power first, the first is 1."""
+        """Denominator of G_R(z), highest power first, the first is 1."""
         return tuple(float(c) for c in denominator(self.controller_z))
 
 

@@ -261,7 +261,7 @@ def robust_design(
     check_plant(plant)
     plants = corners(plant, specification.spread)
     search = RobustSearch(plants, specification, sample_time)
-    found = minimize(
+    optimum = minimize(
         lambda x: search.evaluate(x)[0],
         search.start,
         method="COBYLA",
@@ -269,7 +269,7 @@ def robust_design(
         constraints=[NonlinearConstraint(lambda x: search.evaluate(x)[1], 0.0, np.inf)],
         options={"rhobeg": 0.2, "tol": 1e-3, "maxiter": 1000},  # of the parameters' logarithms
     )
-    notch_q, pi = search.controller(found.x)
+    notch_q, pi = search.controller(optimum.x)
     design = assemble(plant, notch_q, pi, sample_time)
     worst = worst_case(design, plants)
     if not (

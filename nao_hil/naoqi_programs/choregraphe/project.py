@@ -39,9 +39,9 @@ class Diagram:
     boxes: dict[int, Box]
     links: tuple[BoxLink, ...]
     frame: int = 1
-    """Of the timeline around it, at which it is loaded."""
+    """Frame of the timeline around it, at which it is loaded."""
     layer: int = 0
-    """Of the timeline; a later diagram of a layer replaces the earlier one."""
+    """Layer of the timeline; a later diagram of a layer replaces the earlier one."""
     label: str = ""
     """Name of its frame."""
 
@@ -117,10 +117,10 @@ def behaviours(path: Path) -> list[Path]:
         ConfigurationError: there is none.
     """
     if path.is_dir():
-        found = sorted(path.glob("*.pml")) or sorted(path.rglob("*.xar"))
-        if not found:
+        projects = sorted(path.glob("*.pml")) or sorted(path.rglob("*.xar"))
+        if not projects:
             raise ConfigurationError(f"{path}: no .pml and no .xar is there; name a Choregraphe project.")
-        return behaviours(found[0])
+        return behaviours(projects[0])
     if path.suffix == ".xar":
         return [path]
     if path.suffix != ".pml":

@@ -86,7 +86,7 @@ class FrameManager:
         self._idle = idle
         self._players: list[Any] = []
         self._boxes: dict[int, Box] = {}
-        """Of behaviours from files, their outermost ones."""
+        """Outermost boxes of behaviours from files."""
 
     def add(self, player: Any) -> int:
         """Number of one more behaviour by its player."""

@@ -153,10 +153,10 @@ class Timeline:
         """Wait for a moment of the monotonic clock, s; whether an order or the end is earlier."""
         with self._changed:
             while self._order is None and not self._stopped and not self._running.player.ended.is_set():
-                left = moment - time.monotonic()
-                if left <= 0.0:
+                remaining = moment - time.monotonic()
+                if remaining <= 0.0:
                     return False
-                self._changed.wait(min(left, 0.1))
+                self._changed.wait(min(remaining, 0.1))
         return True
 
     def _move(self, curves: list[Curve], frame: float, done: threading.Event) -> None:

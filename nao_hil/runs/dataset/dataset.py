@@ -62,8 +62,8 @@ def _read(folder: Path, keys: Collection[str], columns: list[str] | None) -> pa.
     if not files or not keys:
         return SCHEMA.empty_table()
     try:
-        found = pads.dataset(files, schema=SCHEMA, format="parquet")
-        return found.to_table(columns=columns, filter=pads.field("key").isin(sorted(keys)))
+        parts = pads.dataset(files, schema=SCHEMA, format="parquet")
+        return parts.to_table(columns=columns, filter=pads.field("key").isin(sorted(keys)))
     except (pa.ArrowInvalid, OSError) as error:
         raise ConfigurationError(
             f"{folder}: a part of the results cannot be read ({str(error).splitlines()[0]}); remove that file, "
@@ -72,7 +72,7 @@ def _read(folder: Path, keys: Collection[str], columns: list[str] | None) -> pa.
 
 
 ROWS_PER_PART: Final = 5000
-"""Of a part."""
+"""Rows of a part."""
 _EMPTY: Final = Track(np.zeros((0, WIDTH), dtype=np.float32))
 
 
@@ -110,11 +110,11 @@ class Dataset:
         """
         recent = {key: self._recent[key] for key in walks if key in self._recent}
         rows = find_rows(self._folder, walks.keys() - recent.keys()) | recent
-        found = {}
+        outcomes = {}
         for key, known in rows.items():
             if (track := self._track(known)) is not None:
-                found[key] = WalkOutcome(walks[key], known.end, track)
-        return found
+                outcomes[key] = WalkOutcome(walks[key], known.end, track)
+        return outcomes
 
     def put(self, result: WalkOutcome, seconds: float) -> None:
         """Keep a walk.

@@ -36,7 +36,7 @@ class Finished(NamedTuple):
     """A job that is done."""
 
     place: int
-    """Of the job among those asked for."""
+    """Place of the job among those asked for."""
     result: Any
     """None with an error."""
     error: NaoHilError | None
@@ -72,7 +72,7 @@ class Versions(NamedTuple):
 
     @classmethod
     def here(cls) -> Versions:
-        """Of this process."""
+        """Versions of this process."""
         return cls(source_hash(PROCESSES), library_versions())
 
 

@@ -191,7 +191,7 @@ class DaskExecutor:
                     flight.submit(dict(islice(waiting, missing)))
                     if not flight.jobs:
                         return
-                    found = flight.finished()
+                    finished = flight.finished()
                 except _Lost:
                     self._drop()
                     if (client := self._reach()) is None:
@@ -199,7 +199,7 @@ class DaskExecutor:
                     self._client = client
                     flight.again(client)
                     continue
-                yield from found
+                yield from finished
         finally:
             flight.give_up()
 
@@ -284,10 +284,10 @@ class _Flight:
         self.jobs: dict[int, Job] = {}
         """By place."""
         self._futures: dict[int, Any] = {}
-        """Of the jobs submitted to the scheduler."""
+        """Futures of the jobs submitted to the scheduler."""
         self._done: queue.Queue[tuple[int, Any]] = queue.Queue()
         self._coming: list[tuple[int, Any]] = []
-        """Of those whose results are fetched: the place and the future."""
+        """Futures of those whose results are fetched: the place and the future."""
         self._fetch: concurrent.futures.Future[list[Finished]] | None = None
 
     def submit(self, jobs: Mapping[int, Job]) -> None:
@@ -328,23 +328,23 @@ class _Flight:
             WorkerRefused: a worker has other sources.
             _Lost: the scheduler is lost.
         """
-        found = [] if self._fetch else self._begin_to_fetch()
+        arrived = [] if self._fetch else self._begin_to_fetch()
         if self._fetch and concurrent.futures.wait([self._fetch], POLL_INTERVAL).done:
             try:
                 fetched = self._fetch.result()
             except _LOST:
                 raise _Lost from None
             self._fetch = None
-            found += fetched
+            arrived += fetched
             there = {each.place for each in fetched}
             for place, future in self._coming:  # lost with its worker, and failed when repeated
                 if place not in there:
                     self._done.put((place, future))
-        if not found and self._client.status == "closed":
+        if not arrived and self._client.status == "closed":
             raise _Lost
-        for each in found:
+        for each in arrived:
             del self.jobs[each.place], self._futures[each.place]
-        return found
+        return arrived
 
     def _begin_to_fetch(self) -> list[Finished]:
         """Request the results of finished jobs; returns the failed ones.

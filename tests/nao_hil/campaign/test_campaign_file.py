@@ -16,7 +16,7 @@ from nao_hil.campaigns.quantities import changed
 from nao_hil.cli.main import run
 from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.walk import Walk, walk
+from nao_hil.runs.walk import Walk
 from tests.made_walks import walk_end
 
 WALK = Walk(name="a", config=RunConfig(gait="static"), duration=1.0)
@@ -158,19 +158,3 @@ def test_a_cell_that_cannot_be_walked_is_named_and_the_others_count(
     assert [cell["n"] for cell in found["cells"]] == [2, 0]
     assert "body.lengths.TibiaLength 0.06 (seed 0): " in found["error"]
     assert "TibiaLength 0.06" in said.err
-
-
-def test_an_impossible_value_of_an_axis_is_told_once(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "steep.toml"
-    file.write_text('seeds = 2\nduration = 1\n[base]\ngait = "omni"\n[axes]\n"scenario.floor.roll" = [0, 50]\n')
-    assert run(["campaign", str(file), "--out", str(tmp_path / "out"), "--cluster", "inline"]) == 2
-    said = " ".join(capsys.readouterr().err.split())
-    assert "axes: scenario: floor.roll: expected a number <= 34" in said and said.count("floor.roll") == 1
-
-
-def test_a_walk_that_ends_before_its_push_is_no_result() -> None:
-    short = Walk(name="short", config=RunConfig(engine="mujoco", gait="dynamic"), duration=0.1)
-    with pytest.raises(ConfigurationError, match=r"before the push at 4 s; walk longer than 0\.1 s\.$"):
-        walk(changed(short, "push", 8.0))

@@ -15,7 +15,6 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from bridge.errors import ConfigurationError
 from emulator.scenarios import load_scenario
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset, row
@@ -98,18 +97,6 @@ def test_a_writer_that_was_killed_loses_no_row_and_doubles_none(tmp_path: Path) 
         assert len(on_disk) == len(set(on_disk)) >= last + 1
 
 
-def test_half_a_line_is_no_row(tmp_path: Path) -> None:
-    kept = Dataset(tmp_path)
-    kept.put(outcome(0), 0.1)
-    (journal,) = (tmp_path / "journal").iterdir()
-    line = journal.read_bytes()
-    other = tmp_path / "other"
-    (other / "journal").mkdir(parents=True)
-    (other / "journal" / "killed.jsonl").write_bytes(line + line[:50])
-    kept.close()
-    assert len(Dataset(other).find({key(outcome(0).walk): outcome(0).walk})) == 1
-
-
 def test_a_walk_whose_track_is_spoilt_is_not_found(tmp_path: Path) -> None:
     kept, task = Dataset(tmp_path), outcome(0, TRACK).walk
     kept.put(outcome(0, TRACK), 0.1)
@@ -121,30 +108,9 @@ def test_a_walk_whose_track_is_spoilt_is_not_found(tmp_path: Path) -> None:
     kept.close()
 
 
-def test_the_configuration_hash_is_the_same_for_all_seeds_and_for_no_other_configuration() -> None:
-    def of(walk: Walk) -> str:
-        return row(msgspec_replace(outcome(0), walk), 0.1).configuration_hash
-
-    def msgspec_replace(result: WalkOutcome, walk: Walk) -> WalkOutcome:
-        return WalkOutcome(walk, result.end, result.track)
-
-    task = outcome(0).walk
-    assert of(task) == of(outcome(5).walk)
-    assert of(task) != of(msgspec.structs.replace(task, duration=3.0))
-
-
 def test_the_configuration_of_a_walk_that_a_worker_got_is_that_of_the_command() -> None:
     walk = msgspec.structs.replace(outcome(0).walk, scenario=load_scenario("obstacle"))
     end, track = outcome(0).end, outcome(0).track
     here, there = (row(WalkOutcome(each, end, track), 0.1) for each in (walk, pickle.loads(pickle.dumps(walk))))
     assert here.configuration_hash == there.configuration_hash
     assert json.loads(here.configuration)["scenario"]["floor"]["roll"] == 0.0  # a default is written
-
-
-def test_a_part_that_cannot_be_read_and_a_folder_that_cannot_be_made_are_one_sentence(tmp_path: Path) -> None:
-    (tmp_path / "part-0.parquet").write_bytes(b"PAR1 no")
-    with pytest.raises(ConfigurationError, match="cannot be read"):
-        Dataset(tmp_path).find({"0": outcome(0).walk})
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigurationError, match="cannot be written"):
-        Dataset(tmp_path / "file" / "walks")

@@ -14,7 +14,6 @@ import pytest
 from distributed import Client
 
 from bridge.errors import ConfigurationError, LinkError
-from emulator.wear import load_wear
 from nao_hil.runs.executors import Executor, Job, RunFailed, open_executor
 
 pytestmark = pytest.mark.usefixtures("connections_left_open")
@@ -60,20 +59,6 @@ def test_jobs_are_taken_only_a_little_ahead_of_those_that_are_done(executor: Exe
     assert most < 30
 
 
-def test_jobs_are_submitted_several_at_a_time(processes: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A dask scheduler keeps a note of each submission for as long as it runs (`distributed.spans`)."""
-    submissions = []
-    submit = Client.map
-
-    def counted(client: Client, *arguments: Any, **more: Any) -> Any:
-        submissions.append(arguments)
-        return submit(client, *arguments, **more)
-
-    monkeypatch.setattr(Client, "map", counted)
-    assert len(list(processes.run(Job(f"job {k}", abs, k) for k in range(120)))) == 120
-    assert 1 < len(submissions) <= 120 / 12 + 2
-
-
 def test_a_client_that_closes_is_replaced_and_no_job_is_lost(
     processes: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,12 +83,6 @@ def test_a_failure_names_its_run_and_the_others_go_on(executor: Executor) -> Non
     assert found[1].result == 2.0
     assert isinstance(found[0].error, RunFailed)
     assert "obstacle, with (seed 4) failed: ValueError" in str(found[0].error)
-
-
-def test_a_users_mistake_stays_one_sentence(executor: Executor) -> None:
-    (found,) = executor.run([Job("seed 0", load_wear, "rusty")])
-    assert isinstance(found.error, ConfigurationError)
-    assert "unknown wear profile 'rusty'" in str(found.error)
 
 
 def test_a_run_that_kills_its_process_is_named_and_the_others_go_on() -> None:

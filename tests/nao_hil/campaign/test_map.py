@@ -40,19 +40,6 @@ def test_a_boundary_is_found_within_a_cell_by_less_than_a_quarter_of_the_walks(s
     assert all(abs(math.hypot(*cell) - 12.0) <= 1.0 for cell in wrong)
 
 
-def test_a_map_without_a_boundary_takes_the_first_lattice_alone() -> None:
-    found = Survey((SIZE, SIZE))
-    found.run(lambda asked: [True for _ in asked])
-    assert len(found.tried) == 36 and set(found.tried.values()) == {4}
-    assert (found.shares() == 1.0).all()
-
-
-def test_a_stop_leaves_what_was_walked() -> None:
-    found = Survey((SIZE, SIZE))
-    found.run(lambda asked: [])
-    assert not found.tried
-
-
 @pytest.mark.parametrize("text", ["push", "push=3:1", "push=0:1:1", "push=a:b", "=0:1"])
 def test_an_axis_that_is_none_is_one_sentence(text: str) -> None:
     with pytest.raises(ConfigurationError, match="must be NAME=LOW:HIGH"):

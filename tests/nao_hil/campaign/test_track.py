@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body import load_body
 from bridge.rotations import matrix
-from nao_hil.experiments.conditions import ankle_in_hip, growth_per_step, soles_in_world, zmp_margin
+from nao_hil.experiments.conditions import growth_per_step, soles_in_world, zmp_margin
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
 
 V3 = load_body("nao-v3")
@@ -36,19 +36,6 @@ def test_roll_pitch_and_tilt_of_a_turned_torso() -> None:
     np.testing.assert_allclose(found.roll, angles[:, 2], atol=1e-6)
     np.testing.assert_allclose(found.tilt, np.arccos(turned.as_matrix()[:, 2, 2]), atol=1e-5)
     np.testing.assert_allclose(matrix(found["orientation"]), turned.as_matrix(), atol=1e-6)
-
-
-def test_phases_and_times_select_rows() -> None:
-    found = track(time=[0.0, 0.01, 0.02], phase=[PHASES.index(p) for p in ("DSL", "SSL", "SSR")])
-    assert found.during("SSL", "SSR").tolist() == [False, True, True]
-    assert len(found.until(0.015)) == 2
-
-
-def test_a_stretched_leg_hangs_straight_below_its_hip() -> None:
-    zero = np.zeros((1, CHANNELS["joints"]))
-    reach = V3.lengths.ThighLength + V3.lengths.TibiaLength
-    for side in ("L", "R"):
-        np.testing.assert_allclose(ankle_in_hip(V3, side, zero), [[0.0, 0.0, -reach]], atol=1e-12)
 
 
 def test_the_margin_is_the_distance_to_the_nearest_edge_of_the_stance_sole() -> None:

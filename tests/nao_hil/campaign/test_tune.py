@@ -22,7 +22,7 @@ from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from nao_hil.campaigns.objective import BATCH_SIZE, Ensemble, judge, score
 from nao_hil.campaigns.results import ask
-from nao_hil.campaigns.study import Range, Stopped, count, enqueue, improve, open_study, shipped
+from nao_hil.campaigns.study import Range, Stopped, count, enqueue, improve, open_study
 from nao_hil.campaigns.tuned import compare, importances, read_space, write_tuned
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
@@ -114,11 +114,6 @@ def test_an_ensemble_is_every_robot_in_every_world_with_every_seed() -> None:
     assert judge(walks, attempt, lambda n, total, bounds: n < 8)[0] == 8
 
 
-def test_the_shipped_values_are_the_first_trial_when_they_are_in_range() -> None:
-    assert shipped(SPACE, ENSEMBLE) == {"controller.damping.roll": 0.06, "controller.damping.pitch": 0.06}
-    assert shipped({"controller.damping.roll": Range(0.1, 0.2)}, ENSEMBLE) is None
-
-
 def test_ranges_come_from_the_command_line_and_from_a_file(tmp_path: Path) -> None:
     file = tmp_path / "space.toml"
     file.write_text('"a.b" = [0, 1]\n[c]\nd = [0.1, 10, "log"]\n')
@@ -132,11 +127,6 @@ def test_ranges_come_from_the_command_line_and_from_a_file(tmp_path: Path) -> No
             read_space([wrong], None)
     with pytest.raises(ConfigurationError, match="name at least one parameter"):
         read_space([], None)
-
-
-def test_a_database_that_is_none_is_one_sentence() -> None:
-    with pytest.raises(ConfigurationError, match="no study can be read or made there"):
-        open_study("sqlite:////nowhere/study.db", SPACE, ENSEMBLE)
 
 
 def test_processes_that_begin_together_make_one_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,13 +6,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from bridge.body import load_body
-from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.messages.world import PlaceBox, PlateUnderFoot
+from bridge.messages.world import PlaceBox
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
-from nao_hil.experiments.conditions import soles_in_world
 from nao_hil.runs import campaign as campaign_module
 from nao_hil.runs import store
 from nao_hil.runs.campaign import Campaign
@@ -109,30 +106,6 @@ def test_a_fall_before_the_walk_begins_ends_the_run(monkeypatch: pytest.MonkeyPa
     assert frames[-1] < 3.0
 
 
-def test_a_plate_comes_at_its_time_of_the_walk() -> None:
-    plate = PlateUnderFoot(foot="right", size=(0.2, 0.08, 0.01), shift=(0.03, 0.0))
-    config = RunConfig(engine="mujoco", gait="static", controller=BARE)
-    track = walk(Walk(name="plate", config=config, duration=3.6, world_events=((2.5, plate),))).track
-    left, right = (soles_in_world(load_body("nao-v3"), side, track)[:, 2, 3] for side in ("L", "R"))
-    # level at the start, and a plate apart when the first single support has ended
-    before, after = track["time"] < 0.5, track["time"] > 3.5
-    np.testing.assert_allclose((right - left)[before], 0.0, atol=2e-3)
-    # a little over its 10 mm: the bare walk begins to lean over what it has trodden on
-    assert ((right - left)[after] > 0.008).all()
-
-
-def test_a_walk_that_cannot_be_walked_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuses(task: Walk) -> WalkOutcome:
-        raise ConfigurationError("too long a leg")
-
-    monkeypatch.setattr(campaign_module, "walk", refuses)
-    with (
-        Campaign(cluster="inline") as campaign,
-        pytest.raises(ConfigurationError, match=r"^test \(seed 1\): too long a leg$"),
-    ):
-        campaign.walk([bare(1, 0.1)])
-
-
 def test_a_walk_that_fails_names_its_configuration_and_ends_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -151,9 +124,3 @@ def test_a_walk_that_fails_names_its_configuration_and_ends_no_other(
     ):
         campaign.walk(walks)
     assert len(Dataset(tmp_path).find({store.key(task): task for task in walks})) == 2
-
-
-def test_parameters_that_cannot_be_walked_are_one_sentence() -> None:
-    config = RunConfig(gait="static", parameters={"l_GH": 0.5})
-    with Campaign(cluster="inline") as campaign, pytest.raises(ConfigurationError):
-        campaign.walk([Walk(name="long legs", config=config, duration=1.0)])

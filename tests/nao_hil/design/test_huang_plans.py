@@ -56,11 +56,6 @@ def test_a_longer_step_scales_the_motion_and_walks() -> None:
     assert (choice.y_d, choice.y_m) == (shipped.y_d, shipped.y_m)
 
 
-def test_named_numbers_are_taken_as_they_are() -> None:
-    body = load_body("nao-v3")
-    assert choice_of(parameters(x_sd=0.01), body) == choice_of(parameters(), body)._replace(x_sd=0.01)
-
-
 def test_a_body_without_a_plan_is_refused_with_the_command() -> None:
     body = msgspec.structs.replace(load_body("nao-v3"), name="nao-v7")
     with pytest.raises(ConfigurationError, match="nao-hil plan --out plan"):

@@ -11,7 +11,7 @@ from bridge.body.kinematics import CentreOfMass
 from bridge.polygon import SupportPolygon, convex_hull
 from nao_hil.design.huang.cycle import Cycle, contact
 from nao_hil.design.huang.motions import sample_x, sample_y
-from nao_hil.design.huang.search import GRID, CyclePlan, across, along, search
+from nao_hil.design.huang.search import GRID, CyclePlan, along, search
 from walker.gaits import gait_parameters
 from walker.gaits.huang import HuangParameters
 from walker.gaits.huang.foot import FootShape
@@ -181,18 +181,3 @@ def test_no_neighbour_by_poses_alone_has_more_margin(cycle: Cycle, found_of_four
         for direction in rng.normal(size=(8, 4)):
             moved = np.array(found_of_four.choice) + length * direction / np.linalg.norm(direction)
             assert cycle.margin(Choice(*moved.tolist())) < found_of_four.margin + 5e-5
-
-
-def test_all_bodies_and_pendulum_differ(cycle: Cycle) -> None:
-    x, y = cycle.zmp(CHOICE)
-    p_x, p_y = cycle.pendulum_zmp(CHOICE)
-    assert 0.003 < np.sqrt(np.mean((x - p_x) ** 2)) < 0.02
-    assert 0.003 < np.sqrt(np.mean((y - p_y) ** 2)) < 0.02
-
-
-def test_a_named_choice_is_kept(cycle: Cycle) -> None:
-    fixed = Cycle(msgspec.structs.replace(cycle.p, x_sd=0.012, y_m=0.04), BODY, ARMS)
-    choice, surface = along(fixed, CHOICE._replace(x_sd=0.012), 9)
-    assert choice.x_sd == 0.012 and surface.margin.shape == (1, 9)
-    choice, surface = across(fixed, choice)
-    assert choice.y_m == 0.04 and surface.margin.shape[1] == 1

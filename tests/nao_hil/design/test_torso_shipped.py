@@ -7,13 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from bridge.body import BODIES, load_body
 from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from nao_hil.cli.main import run
-from nao_hil.design.torso.records import CYCLES, DesignInputs, design_torso, shipped_inputs
+from nao_hil.design.torso.records import CYCLES, design_torso, shipped_inputs
 from nao_hil.design.torso.robust import robust_design
-from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
+from nao_hil.design.torso.thesis import thesis_design
 from nao_hil.design.torso.transfer import thesis_plant
 from nao_hil.runs.config import RunConfig
 from walker.gaits import GAITS
@@ -29,18 +28,6 @@ def numbers(controller: TorsoController) -> list[float]:
         *controller.notch_numerator,
         *controller.notch_denominator,
     ]
-
-
-def test_every_body_has_its_cycle_time_among_the_designs() -> None:
-    assert set(CYCLES) == {load_body(body).cycle for body in BODIES}
-
-
-@pytest.mark.parametrize(
-    ("gait", "specification"), [("static", STATIC_GAIT), ("dynamic", DYNAMIC_GAIT), ("huang", DYNAMIC_GAIT)]
-)
-def test_the_inputs_are_those_of_the_thesis(gait: str, specification: object) -> None:
-    inputs = shipped_inputs(gait, {})
-    assert inputs == DesignInputs(thesis=specification)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("gait", GAITS)
@@ -103,9 +90,3 @@ def test_mistakes_end_in_one_sentence(
     assert run(["design", "torso", *arguments]) == 2
     error = " ".join(capsys.readouterr().err.split())
     assert sentence in error and "Traceback" not in error
-
-
-def test_a_specification_without_its_design_is_refused() -> None:
-    """Changing an input in a configuration file would not change the controller."""
-    with pytest.raises(ConfigurationError, match=r"torso_design\.thesis"):
-        controller_parameters("static", {"torso_design": {"thesis": {"specification": {"rise_time": 0.4}}}})

@@ -2,7 +2,6 @@
 
 import json
 import math
-import threading
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -14,13 +13,11 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.sole import foot_centre, sole_hull
-from bridge.errors import ConfigurationError
 from nao_hil.analysis.report.render import Claim
 from nao_hil.analysis.statistics import mean_of, share_of, wilson
-from nao_hil.campaigns.results import ask
-from nao_hil.experiments import huang_margin, mechanisms, obstacle
+from nao_hil.experiments import mechanisms, obstacle
 from nao_hil.experiments.catalogue import EXPERIMENTS
-from nao_hil.experiments.conditions import Condition, condition, direction, falls_finding, pairs
+from nao_hil.experiments.conditions import Condition, pairs
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Measured, bounded
 from nao_hil.experiments.obstacle import HEIGHT, board, heights, landing_force, steps_down
@@ -32,8 +29,6 @@ from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
 from tests.made_walks import NO_TRACK, MadeCampaign, made_context, walk_end
 from walker.parameters import controller_parameters
 from walker.switches import differing
-
-NOMINAL = RunConfig(wear="nominal")
 
 
 def ended(
@@ -63,29 +58,11 @@ def condition_of(n: int, survived: int, speed: float = 0.2, tilt: float = 3.0) -
     )
 
 
-def test_an_condition_counts_who_stands_at_a_time() -> None:
-    results = [ended(0, 60.0, fell=False), ended(1, 20.0, fell=True, tilt=0.8), ended(2, 10.0, fell=True)]
-    whole, by_15 = condition(results), condition(results, by=15.0)
-    assert (whole.n, whole.survived, by_15.survived) == (3, 1, 2)
-    assert whole.interval == wilson(1, 3)
-    assert whole.fall_times == (10.0, 20.0)
-    assert whole.tilt_max_deg[1] == pytest.approx(math.degrees(0.8))
-    assert whole.speed == pytest.approx(0.2)
-
-
 def test_conditions_are_paired_by_seed_whatever_their_order() -> None:
     with_ = [ended(seed, 60.0, fell=False) for seed in (0, 1, 2)]
     without = [ended(seed, 5.0, fell=seed != 1) for seed in (2, 1)]
     found = pairs(with_, without)
     assert (found.n, found.only_with, found.both) == (2, 1, 1)
-
-
-def test_falls_are_told_by_their_way() -> None:
-    assert direction(ended(0, 1.0, fell=True, roll=0.8).end) == "to the right"
-    assert direction(ended(0, 1.0, fell=True, roll=0.1, pitch=-0.8).end) == "backward"
-    results = [ended(seed, 10.0 + seed, fell=seed < 3, pitch=0.8) for seed in range(5)]
-    text = falls_finding("With", results, None)
-    assert all(word in text for word in ("3 of 5", "10.0 / 11.0 / 12.0", "3 forward"))
 
 
 @pytest.mark.parametrize(
@@ -191,23 +168,6 @@ def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -
     assert all(p.file.stat().st_size > 5000 for p in outcome.page.pictures)
 
 
-def test_the_walks_of_huangs_experiment_are_kept(tmp_path: Path) -> None:
-    with Campaign(tmp_path / "walks", cluster="inline") as campaign:
-        context = Context(campaign, tmp_path, (0,), RunConfig(engine="mujoco", wear="nominal"))
-        outcome = huang_margin.huang_margin(0.5, 0.5).run("huang-margin", context)
-    assert outcome.figures["margin"] > outcome.figures["margin_bad"]
-    assert ask("SELECT name, count(*) FROM walks GROUP BY name ORDER BY name", tmp_path).rows == [
-        (f"huang, {name}", 1) for name in ("badly chosen", "searched", "step, planned", "step, unknown")
-    ]
-
-
-def test_a_stop_before_each_condition_has_a_run_leaves_nothing_to_judge(tmp_path: Path) -> None:
-    stop = threading.Event()
-    stop.set()
-    with Campaign(cluster="inline", stop=stop) as campaign, pytest.raises(Interrupted):
-        obstacle.OBSTACLE.run("obstacle", Context(campaign, tmp_path, (0,), NOMINAL))
-
-
 @pytest.mark.parametrize("name", ["obstacle", "torso-drift", "dynamic-torso"])
 def test_an_experiment_is_titled_by_the_switch_in_which_its_conditions_differ(
     name: str, tmp_path: Path
@@ -250,28 +210,6 @@ def test_each_condition_of_feedback_differs_from_the_shipped_one_in_one_switch_a
             assert msgspec.structs.replace(walk, name=shipped.name, config=config) == shipped
 
 
-def test_a_gait_that_cannot_walk_as_fast_is_refused_before_the_first_walk(tmp_path: Path) -> None:
-    campaign, changes = MadeCampaign(most=0), RunConfig(robot="nao-v3", engine="mujoco", gait="dynamic")
-    with pytest.raises(ConfigurationError, match=r"0.25 m/s"):
-        mechanisms.FEEDBACK.run("feedback", made_context(campaign, tmp_path, (7,), changes, gait="dynamic"))
-    assert not campaign.asked
-
-
-def test_conditions_that_differ_in_two_switches_are_refused(tmp_path: Path) -> None:
-    context = made_context(MadeCampaign(most=3), tmp_path, (5, 6, 7))
-    off = {"controller.switches.torso": "none", "controller.switches.ground_tilt": False}
-    with pytest.raises(ValueError, match="differ in 2 switches: torso, ground_tilt"):
-        context.run(context.walks("one", "static", 1.0), context.walks("two", "static", 1.0, off))
-
-
-def test_gaits_are_compared_with_all_that_is_their_own_and_nothing_else(tmp_path: Path) -> None:
-    context = made_context(MadeCampaign(most=3), tmp_path, (5,))
-    one, other = context.walks("one", "omni", 1.0), context.walks("two", "huang", 1.0)
-    context.run(one, other)
-    with pytest.raises(ValueError, match="differ in the gait and in the controller"):
-        context.run(one, context.walks("two", "huang", 1.0, {"controller.switches.torso": "none"}))
-
-
 @pytest.mark.parametrize("seed", range(200, 220))
 def test_the_board_carries_two_steps_and_no_third(seed: int) -> None:
     """Right sole's outline about its middle, landed 24, 133 and 241 mm ahead of its place at 17 s (walks on the
@@ -289,12 +227,6 @@ def test_the_board_carries_two_steps_and_no_third(seed: int) -> None:
     assert high[1] <= 0.045 + 1e-9
     other = msgspec.structs.replace(walk, config=RunConfig(seed=seed + 1))
     assert board(walk) == board(walk) != board(other)
-
-
-def test_a_stop_leaves_about_as_many_runs_of_each_condition(tmp_path: Path) -> None:
-    context = made_context(MadeCampaign(most=3), tmp_path, (5, 6, 7))
-    one, two = context.run(*(context.walks(name, "static", 60.0) for name in ("one", "two")))
-    assert ([result.seed for result in one], [result.seed for result in two]) == ([5, 6], [5])
 
 
 def falling_from_the_eighth_seed(task: Walk) -> WalkEnd:

@@ -9,10 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from nao_hil.analysis.statistics import mean_of, median_of
+from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.engines import (
     ENGINES_COMPARED,
-    Row,
     compared_walks,
     count_row,
     paired_row,
@@ -54,10 +53,6 @@ def test_counts_agree_when_wilsons_intervals_overlap(stood: int, agree: bool) ->
     row = count_row("walk on", [True] * 20, [True] * stood + [False] * (20 - stood))
     assert row.agree is agree
     assert row_claims([row])[0].holds is agree
-
-
-def test_a_row_without_a_goal_claims_nothing() -> None:
-    assert row_claims([Row(figure="time, s", pybullet=median_of([3.0]), mujoco=median_of([]))]) == []
 
 
 def end_on_an_engine(task: Walk) -> WalkEnd:

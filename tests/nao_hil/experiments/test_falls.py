@@ -9,20 +9,16 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.errors import ConfigurationError
-from bridge.messages.faults import PowerLoss
-from emulator.robot import EmulatedRobot
 from emulator.start import random_drop
 from emulator.wear import load_wear
 from nao_hil.experiments import falls
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls import FALLS, FELLING, Fall, claims, judge, pushes
+from nao_hil.experiments.falls import FALLS, FELLING, Fall, claims, judge
 from nao_hil.experiments.get_up import DROP, WARM, dropped, get_up
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from tests.emulator.abuse import run
-from tests.engines import energy
 
 STOOD = Fall(
     seed=0, impulse=1.0, walked=5.0, false_alarms=0, fell=False, lead=0.0, tilt=0.0, speed={}, walks_on=True
@@ -53,12 +49,6 @@ def test_a_push_in_each_part_of_a_long_walk(tmp_path: Path, monkeypatch: pytest.
     assert fall.walks_on
 
 
-def test_a_walk_too_short_for_a_push_is_refused_with_the_shortest() -> None:
-    with pytest.raises(ConfigurationError, match="at least 60 s"):
-        pushes(30.0)
-    assert [pushes(60.0), pushes(600.0)] == [1, 10]
-
-
 def test_no_limb_of_a_dropped_robot_lies_inside_another() -> None:
     """The first pose of this seed has the feet 34 mm inside each other, which no real robot can have."""
     config = RunConfig(robot="nao-v6", engine="mujoco", seed=82270)
@@ -77,28 +67,6 @@ def test_a_difficult_drop_stands_up_with_cool_motors(seed: int) -> None:
 
 
 BODY = load_body("nao-v3")
-
-MASS = sum(link.mass for link in BODY.links.values())
-G = 9.81
-
-
-def test_the_energy_of_a_robot_at_rest_is_its_weight_times_the_height_of_its_centre_of_mass() -> None:
-    with EmulatedRobot(BODY, seed=0) as robot:
-        for _ in range(100):
-            robot.advance(None)
-        assert energy(robot.engine, robot.multibody) == pytest.approx(MASS * G * robot.truth().com[2], rel=1e-4)
-
-
-def test_a_limp_robot_in_free_fall_keeps_its_energy() -> None:
-    with EmulatedRobot(BODY, seed=0, settle=0.0, lift=2.0) as robot:
-        robot.faults.start(PowerLoss(), 0.0, 0.0)
-        robot.advance(None)
-        start, height = energy(robot.engine, robot.multibody), robot.truth().com[2]
-        for _ in range(40):
-            robot.advance(None)
-        assert height - robot.truth().com[2] > 0.7
-        # steps of 1 ms leave m g^2 t dt / 2 = 0.1 J of the 30 J that turn from height into speed
-        assert energy(robot.engine, robot.multibody) == pytest.approx(start, abs=0.01 * MASS * G * 0.7)
 
 
 @pytest.mark.parametrize(("seed", "wear"), [(11, "nominal"), (12, "ideal")])

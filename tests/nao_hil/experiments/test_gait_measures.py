@@ -10,19 +10,17 @@ import pytest
 
 from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
-from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.push_map import ThresholdSearch
 from nao_hil.experiments.terrain import ground_tasks
-from nao_hil.experiments.velocity import cell, heading_velocity, straight
+from nao_hil.experiments.velocity import heading_velocity, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 from tests.frames import walk_telemetry
 from tests.made_walks import walk_end
-from tests.measure.soak import lateness, punctuality
+from tests.measure.soak import punctuality
 
-FULL = (0.35, 0.2, 1.5)
 STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
 
 
@@ -50,18 +48,6 @@ def test_the_velocity_is_that_in_the_torsos_heading():
     track = on_an_arc((0.2, -0.05, 0.9)).track
     assert heading_velocity(track) == pytest.approx((0.2, -0.05, 0.9), abs=1e-4)
     assert heading_velocity(track.until(2.5)) is None
-
-
-def test_a_cell_has_the_ratio_and_the_coupling():
-    """0.18 of 0.2 m/s forward, with 0.15 rad/s unasked: 0.1 of full turn over 4/7 of full speed."""
-    found = cell((0.2, 0.0, 0.0), [on_an_arc((0.18, 0.0, 0.15))] * 3, FULL)
-    assert found.ratio.value == pytest.approx(0.9, abs=1e-3)
-    assert found.coupling.value == pytest.approx(0.1 / (4.0 / 7.0), abs=1e-3)
-    assert (found.n, found.survived) == (3, 3)
-
-
-def test_the_mean_of_one_walk_is_within_no_bounds():
-    assert not mean_of([1.0]).within(0.9, 1.1)
 
 
 def test_odometry_that_tells_less_of_the_way_is_off_by_as_much():
@@ -159,33 +145,6 @@ CYCLE = 0.01
 N = 6000
 
 
-def frames(late: np.ndarray, first: int = 17) -> list[tuple[int, int]]:
-    """Frames sent `late` s after their time on the grid."""
-    return [(first + i, 10**18 + round((CYCLE * i + extra) * 1e9)) for i, extra in enumerate(late)]
-
-
-def test_lateness_is_what_it_was_made_to_be() -> None:
-    made = np.abs(np.random.default_rng(1).normal(0.0, 1e-3, N))
-    made[::1000] = made[-1] = 0.0  # each ten seconds hold a frame on time
-    late, drift = lateness(frames(made), CYCLE)
-    assert late == pytest.approx(made, abs=1e-8)
-    assert drift == pytest.approx(0.0, abs=1e-8)
-
-
-def test_a_clock_that_runs_slow_is_drift() -> None:
-    # 50 ppm over a minute, seen between the first and the sixth ten seconds.
-    _, drift = lateness(frames(50e-6 * CYCLE * np.arange(N)), CYCLE)
-    assert drift == pytest.approx(50e-6 * 50.0, rel=1e-3)
-
-
-def test_skipped_cycles_are_no_drift() -> None:
-    made = np.zeros(N)
-    made[2500:] += 3 * CYCLE
-    late, drift = lateness(frames(made), CYCLE)
-    assert drift == pytest.approx(0.0, abs=1e-8)
-    assert late.max() == pytest.approx(0.0, abs=1e-8)
-
-
 def test_punctuality_is_the_ordinary_windows_and_not_a_bursts() -> None:
     late = np.full(N, 1e-4)
     late[N // 2 :] = 3e-4
@@ -200,7 +159,3 @@ def test_punctuality_sees_one_cycle_in_fifty() -> None:
     first, last = punctuality(late, CYCLE)
     assert first == pytest.approx(1e-4)
     assert last > 0.01
-
-
-def test_punctuality_of_a_short_walk_has_a_first_and_a_last_third_too() -> None:
-    assert punctuality(np.array([1e-4] * 30 + [5e-4] * 30), CYCLE) == pytest.approx((1e-4, 5e-4))

@@ -1,13 +1,10 @@
 """The search for the steepest slope, on robots whose limit is known."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
-from nao_hil.experiments.slope import SLOPE, SlopeSetup, search, trial
-from nao_hil.runs.campaign import Interrupted
-from tests.made_walks import MadeCampaign, made_context
+from nao_hil.experiments.slope import SlopeSetup, search, trial
 
 Robot = Callable[[float, int], bool]
 
@@ -34,10 +31,6 @@ def test_a_sharp_limit_is_found_on_the_half_degree(limit: float) -> None:
     assert runs <= 5 * 10 + 20
 
 
-def test_nothing_is_steeper_than_the_end_of_the_search() -> None:
-    assert answered(lambda *_: True, 4, SlopeSetup(steepest=7.0))[0] == 7.0
-
-
 def test_the_bound_of_the_interval_decides() -> None:
     """Wilson's lower bound of 19 of 20 is 76 %, of 20 of 20 84 %."""
     fewer = SlopeSetup(share=0.7)
@@ -62,14 +55,3 @@ def test_a_trial_ends_as_soon_as_it_is_sure(alive: list[bool], passes: bool, run
             assert (stop.value, count) == (passes, runs)
             return
     raise AssertionError("the trial does not end")
-
-
-@pytest.mark.parametrize(("told", "walked"), [(None, "static"), ("omni", "omni")])
-def test_r6_is_of_the_static_gait_unless_another_one_is_told(
-    told: str | None, walked: str, tmp_path: Path
-) -> None:
-    """Thesis 4.2.3, whatever gait walks by default."""
-    campaign = MadeCampaign(most=0)
-    with pytest.raises(Interrupted):
-        SLOPE.run("slope", made_context(campaign, tmp_path, (0, 1), gait=told))
-    assert {walk.config.gait for walk in campaign.asked} == {walked}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +11,13 @@ from scipy import signal
 from bridge.body import BODIES, load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import CentreOfMass
-from bridge.errors import ConfigurationError
 from nao_hil.analysis.report.render import Outcome
-from nao_hil.experiments import torso_design
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.planned_walks import DT, EXPECTED, design_values, plan, read_plan
 from nao_hil.experiments.spring import deflection
 from nao_hil.experiments.torso_control import SWITCHES, drift_per_step
 from nao_hil.experiments.torso_responses import THESIS, Plant, fit_plant, one_leg_stance, read_shape
-from nao_hil.experiments.torso_step import TORSO_STEP, measure
+from nao_hil.experiments.torso_step import TORSO_STEP
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome, walk
@@ -98,11 +95,6 @@ def test_the_nominal_robot_answers_like_the_thesis_plant(tmp_path: Path) -> None
     assert (tmp_path / "torso-step.png").stat().st_size > 10_000
 
 
-def test_a_wave_that_throws_the_robot_over_is_one_clear_sentence(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="wave of 15 deg"), Campaign(cluster="inline") as campaign:
-        measure(Context(campaign, tmp_path, (0,), RunConfig(engine="mujoco")), 0.2618)
-
-
 V3 = load_body("nao-v3")
 
 
@@ -118,24 +110,9 @@ def test_the_dynamic_gait_is_read_as_the_thesis_parameters_mean() -> None:
     assert read_plan(plan(gait, 4.0, DT), DT) == pytest.approx(EXPECTED, rel=0.01)
 
 
-def test_another_step_is_read_as_another_step() -> None:
-    gait = make_gait("dynamic", gait_parameters("dynamic", {"S_a0": 0.03}), V3)
-    found = read_plan(plan(gait, 4.0, DT), DT)
-    # the times depend on the sideways motion alone, the ways are proportional to S_a0
-    assert found["step_time"] == pytest.approx(EXPECTED["step_time"], rel=0.01)
-    assert found["step_length"] == pytest.approx(0.75 * EXPECTED["step_length"], rel=0.01)
-
-
 def test_no_history_of_forces_reaches_the_pole() -> None:
     for seed in range(3):
         assert 0.5 < deflection(seed, LegParameters(), cycles=500) < 1.0
-
-
-def test_a_polynomial_is_as_far_off_as_its_worst_coefficient() -> None:
-    assert torso_design.off(1.02, 1.0) == pytest.approx(0.02)
-    assert torso_design.off((1.0, -2.0), (1.0, -2.5)) == pytest.approx(0.2)
-    assert math.isinf(torso_design.off((1.0,), (1.0, 2.0)))
-    assert np.isfinite(torso_design.off((0.5,), (1.0,)))
 
 
 def test_without_torso_control_the_static_gait_pitches_further_with_every_step_until_it_falls() -> None:

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from bridge.body import BODIES, load_body
+from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import absent_joints, total_mass
@@ -167,7 +167,7 @@ def test_a_joint_that_nothing_moves_cannot_be_identified(
 LEGS = [INDEX[joint] for joint in JOINTS if "Hip" in joint or "Knee" in joint or "Ankle" in joint]
 
 
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("name", ["nao-v3", "nao-v6"])
 @pytest.mark.parametrize("start", ["hang", "stand"])
 def test_the_guard_lets_every_command_through(name: str, start: str) -> None:
     body = load_body(name)

@@ -6,7 +6,6 @@ All files are put together here, from the formats' sources.
 from __future__ import annotations
 
 import gzip
-import json
 import math
 import struct
 from pathlib import Path
@@ -20,13 +19,10 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import ConfigurationError
 from emulator.wear import load_wear
-from nao_hil.cli.main import run
 from nao_hil.identification.bhuman_log import read_bhuman
 from nao_hil.identification.clock import clock_offset
 from nao_hil.identification.csv_file import read_csv
-from nao_hil.identification.fit import GLOBAL, Fit
 from nao_hil.identification.hulks_mcap import is_hulks
-from nao_hil.identification.identification import result
 from nao_hil.identification.readings import LoggedRun, on_grid, timing_notes
 from nao_hil.identification.recorded import encoder_grid, read_signals
 from nao_hil.identification.sensors_only import at_rest, compare_fused_angle
@@ -93,14 +89,6 @@ def test_a_bhuman_log_is_read_by_its_own_specification(tmp_path: Path) -> None:
     assert readings["sensors"]["fsr"][0] == pytest.approx(0.1 * G * np.arange(8), rel=1e-3)
 
 
-def test_an_old_compressed_bhuman_log_is_read(tmp_path: Path) -> None:
-    log = write_log(tmp_path / "old.log", [motion_frame(k, old=True) for k in range(4)], old=True)
-    signals = read_signals(log, "nao-v6").signals
-    place = bhuman_logs.JOINTS.index("lKneePitch")
-    assert signals.position[:, KNEE] == pytest.approx(0.01 * place + 0.001 * np.arange(4))
-    assert signals.stiffness[0, KNEE] == pytest.approx(0.8)
-
-
 def test_a_bhuman_log_that_was_cut_off_has_its_whole_frames(tmp_path: Path) -> None:
     log = write_log(tmp_path / "cut.log", [motion_frame(k) for k in range(5)], closed=False)
     assert read_bhuman(log)["sensors"].rows == 4
@@ -120,24 +108,6 @@ def test_a_file_that_is_no_such_log_is_refused(data: bytes, words: str, tmp_path
     (tmp_path / "bad.log").write_bytes(data)
     with pytest.raises(ConfigurationError, match=words):
         read_bhuman(tmp_path / "bad.log")
-
-
-@pytest.mark.parametrize(
-    ("messages", "words"),
-    [
-        ({"idCameraImage": b"x"}, "no frame with JointSensorData.*are JointRequest, JointSensorData, Inertial"),
-        (
-            {"idJointSensorData": bytes(7)},
-            "JointSensorData has 7 bytes, but 212 by the log's own specification",
-        ),
-        ({"idInertialSensorData": bytes(36)}, "its frames have no times"),
-    ],
-)
-def test_a_bhuman_log_without_measurements_is_refused(
-    messages: dict[str, bytes], words: str, tmp_path: Path
-) -> None:
-    with pytest.raises(ConfigurationError, match=words):
-        read_bhuman(write_log(tmp_path / "bad.log", [frame(messages)] * 3))
 
 
 # HULKs
@@ -217,33 +187,6 @@ def test_a_hulks_file_is_read(tmp_path: Path) -> None:
     assert signals.fsr[row] == pytest.approx(G * np.tile([0.1, 0.2, 0.3, 0.4], 2), rel=1e-3)
 
 
-def test_hulks_commands_an_hour_away_are_put_on_the_sensors_clock(tmp_path: Path) -> None:
-    recorded = read_signals(hulks_file(tmp_path / "outputs.mcap", commands_at=3600.0), "nao-v6")
-    assert recorded.own_clock
-    command = recorded.signals.command[:, KNEE]
-    assert command[50] == pytest.approx(0.3 * math.sin(0.05 * 50) ** 3, abs=0.016)  # less than a cycle
-    assert any("-3600.00" in note or "-3599.99" in note for note in recorded.notes)
-
-
-def test_the_delay_is_not_identified_from_commands_on_another_clock(tmp_path: Path) -> None:
-    count, nominal = len(GLOBAL), load_wear("nominal")
-    for away, identified in ((0.0, True), (3600.0, False)):
-        recorded = read_signals(hulks_file(tmp_path / "outputs.mcap", commands_at=away), "nao-v6")
-        found = Fit(
-            servo=nominal.servo,
-            names=GLOBAL,
-            values=np.full(count, 0.01),
-            covariance=np.eye(count),
-            freedom=np.full(count, 9.0),
-            joints=(),
-            predicted=np.empty((0, 0)),
-            samples=np.empty((0, 0)),
-        )
-        values = result(recorded, found, recorded.signals, nominal, "outputs.mcap", "mine.toml")
-        assert ("delay" in values.parameters) is identified and ("delay" in values.assumed) is not identified
-        assert "lead" in values.parameters
-
-
 def test_a_hulks_file_without_names_or_sensors_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="a message lacks a field's name"):
         read_signals(hulks_file(tmp_path / "unnamed.mcap", named=False), "nao-v6")
@@ -270,16 +213,6 @@ def test_a_csv_with_names_of_its_own_is_mapped(tmp_path: Path) -> None:
     assert readings["sensors"]["position"][0, INDEX["HeadYaw"]] == 0.2
     assert math.isnan(readings["sensors"]["position"][1, INDEX["HeadYaw"]])
     assert readings["sensors"]["accelerometer"][:, 2] == pytest.approx([9.81, 1.1 * 9.81])
-
-
-def test_a_csv_without_times_has_a_rate(tmp_path: Path) -> None:
-    (tmp_path / "gyro.csv").write_text("wx\n1\n2\n3\n")
-    (tmp_path / "columns.toml").write_text('rate = 50.0\n[columns]\n"gyroscope.x" = "wx"\n')
-    assert read_csv(tmp_path / "gyro.csv", tmp_path / "columns.toml")["sensors"]["time"].tolist() == [
-        0.0,
-        0.02,
-        0.04,
-    ]
 
 
 @pytest.mark.parametrize(
@@ -315,24 +248,6 @@ def test_uneven_samples_keep_their_noise_and_only_they_count() -> None:
     assert np.abs(signals.position[:, KNEE] - np.sin(signals.time)).max() < 4e-4
     (note,) = timing_notes(time, 0.01)
     assert "2000 samples, 38 ms apart in the median" in note
-
-
-def test_a_gap_is_told_and_even_samples_are_not() -> None:
-    time = np.arange(300) * 0.01
-    assert timing_notes(time, 0.01) == ()
-    broken = np.where(time < 1.0, time, time + 4.0)
-    assert "from 0.99 s to 5.00 s" in timing_notes(broken, 0.01)[-1]
-
-
-def test_commands_and_angles_may_be_in_rows_of_their_own(tmp_path: Path) -> None:
-    (tmp_path / "rows.csv").write_text(
-        "time,command.time,command.LKneePitch,position.LKneePitch\n"
-        "100.00,,,0.5\n,7.005,0.1,\n100.01,,,0.6\n,7.015,0.2,\n100.02,,,0.7\n"
-    )
-    readings = read_csv(tmp_path / "rows.csv")
-    assert readings.own_clock and readings["sensors"]["time"].tolist() == [100.0, 100.01, 100.02]
-    assert readings["actuators"]["time"].tolist() == [7.005, 7.015]
-    assert readings["actuators"]["position"][:, KNEE].tolist() == [0.1, 0.2]
 
 
 @pytest.mark.parametrize("signal", ["command", "position"])
@@ -374,11 +289,6 @@ def test_the_offset_of_the_commands_clock_is_found(offset: float) -> None:
     found, notes = clock_offset(followed(offset), V5, "x")
     assert found == pytest.approx(offset, abs=3e-3)
     assert "40 ms as real robots do" in notes[0] and len(notes) == 1
-
-
-def test_drifting_clocks_and_repeated_motion_are_told() -> None:
-    assert any("drift by" in note for note in clock_offset(followed(2.0, drift=2e-3), V5, "x")[1])
-    assert any("repeats" in note for note in clock_offset(followed(2.0, repeat=True), V5, "x")[1])
 
 
 def test_commands_of_another_motion_are_refused() -> None:
@@ -450,40 +360,3 @@ def test_the_stretch_at_rest_is_found() -> None:
     assert time[rest][0] == pytest.approx(3.0, abs=0.1) and time[rest][-1] == pytest.approx(8.0, abs=0.1)
     rate[:, 0] += np.sin(20.0 * time)
     assert at_rest(on_grid(LoggedRun(time, {"gyroscope": rate}, time, {}), 0.01)) is None
-
-
-def sensors_csv(folder: Path, readings: LoggedRun) -> Path:
-    names = [
-        "time",
-        "angle.x",
-        "angle.y",
-        *(f"accelerometer.{axis}" for axis in "xyz"),
-        "gyroscope.x",
-        "gyroscope.y",
-    ]
-    values = [readings["sensors"][name] for name in ("angle", "accelerometer")]
-    rows = np.hstack([readings["sensors"]["time"][:, None], *values, readings["sensors"]["gyroscope"][:, :2]])
-    np.savetxt(folder / "board.csv", rows, delimiter=",", header=",".join(names), comments="")
-    return folder / "board.csv"
-
-
-def test_sensors_of_a_robot_that_never_rests_leave_the_fused_angle(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = sensors_csv(tmp_path, rocking(0.3))
-    out = tmp_path / "out"
-    assert (
-        run(["compare", str(file), "--robot", "nao-v5", "--engine", "mujoco", "--out", str(out), "--json"]) == 0
-    )
-    said = capsys.readouterr()
-    result = json.loads(said.out.splitlines()[-1])
-    assert result["joints"] == result["sensors"] == [] and result["fused_angle"]["recorded_rms"][1] > 0.2
-    assert "never rests" in said.err and (out / "report.html").exists()
-    assert run(["identify", str(file), "--robot", "nao-v5", "--out", str(tmp_path / "mine.toml")]) == 2
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 1 and "Only sensors were recorded" in lines[0]
-
-
-def test_columns_are_of_a_csv_alone(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="maps the columns of a CSV"):
-        read_signals(tmp_path / "robot.log", "nao-v6", columns=tmp_path / "columns.toml")

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.body.joints import INDEX, JOINTS
+from bridge.body.joints import INDEX
 from bridge.errors import ConfigurationError
-from nao_hil.cli.main import run
 from nao_hil.identification.leg_model import ORDERS, compare_leg_model, load_model
 from nao_hil.identification.naoth_log import read_naoth
 from nao_hil.identification.readings import LoggedRun, Signals, on_grid
@@ -89,16 +85,6 @@ def test_a_naoth_log_that_cannot_be_read_is_told(content: bytes, words: str, tmp
         read_signals(tmp_path / "bad.log", "nao-v6")
 
 
-def test_a_naoth_log_with_any_bytes_in_it_is_read_or_refused(tmp_path: Path) -> None:
-    random, whole = np.random.default_rng(5), np.frombuffer(b"".join(naoth_frames(3)), np.uint8)
-    for _ in range(200):
-        data = whole.copy()
-        data[random.integers(0, len(data), 8)] = random.integers(0, 256, 8)
-        (tmp_path / "any.log").write_bytes(data.tobytes())
-        with contextlib.suppress(ConfigurationError):
-            read_naoth(tmp_path / "any.log")
-
-
 SOCCER = (
     *(name for name in bhuman_logs.JOINTS[:2]),
     "lShoulderPitchlShoulderRoll",
@@ -172,21 +158,6 @@ def test_a_model_is_right_at_its_horizon_and_in_its_order(tmp_path: Path) -> Non
         )
 
 
-def test_requests_of_the_frame_before_come_before_measurements() -> None:
-    """As the source says: the newest request is that of the frame before the newest measurement."""
-    signals = ramps()
-    seen: list[np.ndarray] = []
-
-    def model(values: np.ndarray) -> np.ndarray:
-        seen.append(values)
-        return values[-1, 11:]
-
-    compare_leg_model(model, "", V6, signals, signals)
-    slot = [INDEX["LHipYawPitch" if joint == "RHipYawPitch" else joint] for joint in ORDERS["by leg"]]
-    assert seen[0][:, :11] == pytest.approx(signals.command[0:3, slot])
-    assert seen[0][:, 11:] == pytest.approx(signals.position[1:4, slot])
-
-
 def test_a_file_that_is_no_leg_model_is_told(tmp_path: Path) -> None:
     weights = np.zeros((88, 11))
     with pytest.raises(ConfigurationError, match=r"takes x \[4, 22\]; the network"):
@@ -196,27 +167,3 @@ def test_a_file_that_is_no_leg_model_is_told(tmp_path: Path) -> None:
         load_model(tmp_path / "text.onnx")
     with pytest.raises(ConfigurationError, match="NAO V6 with 12 ms"):
         compare_leg_model(lambda values: values[0, :11], "", load_body("nao-v5"), ramps(), ramps())
-
-
-def test_compare_reports_the_leg_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    model = write_network(tmp_path / "model.onnx", *hold_and_turn(1))
-    time = 0.012 * np.arange(150)
-    names = ["time", *(f"{kind}.{joint}" for kind in ("command", "position") for joint in JOINTS)]
-    angles = np.zeros((150, 25))
-    angles[:, KNEE] = 0.2 + 0.1 * np.sin(2.0 * math.pi * time)
-    np.savetxt(
-        tmp_path / "walk.csv",
-        np.hstack([time[:, None], angles, angles]),
-        delimiter=",",
-        header=",".join(names),
-        comments="",
-    )
-    command = ["compare", str(tmp_path / "walk.csv"), "--robot", "nao-v6", "--engine", "mujoco"]
-    command += ["--start", "hang", "--leg-model", str(model), "--out", str(tmp_path / "out"), "--json"]
-    assert run(command) == 0
-    said = capsys.readouterr()
-    found = json.loads(said.out.splitlines()[-1])["leg_model"]
-    assert [each["frames"] for each in found["horizons"]] == [0, 1, 2, 3, 4]
-    assert set(found["horizons"][0]["replayed"]) == set(ORDERS[found["order"]])
-    assert "smallest RMS error" in said.err
-    assert "Model of the walking legs" in (tmp_path / "out" / "report.html").read_text()

@@ -34,13 +34,6 @@ def test_integral_is_the_orientation_of_a_body_that_rotates_and_turns(turn):
     assert lean.angle == pytest.approx((roll, pitch), abs=2e-3)
 
 
-def test_a_constant_rate_is_extrapolated_over_the_latency():
-    lean = Lean(LeanParameters(time_constant=1e9, mean_time_constant=1e9), LATENCY)
-    for _ in range(100):
-        lean.update((0.5, 0.0, 0.0), (0.0, 0.0), 0.0, DT)
-    assert lean.lean_without_mean == pytest.approx((0.5 * (0.04 + 99 * DT), 0.0), rel=1e-3)
-
-
 def test_a_lean_that_stays_is_the_grounds():
     lean = Lean(LeanParameters(mean_time_constant=0.5), LATENCY)
     for _ in range(4000):
@@ -82,9 +75,3 @@ def test_attitude_takes_the_drift_out_of_the_fused_angle() -> None:
             errors.append(pitch - true)
     assert max(map(abs, errors)) < math.radians(1.0)
     assert abs(sum(errors) / len(errors)) < math.radians(0.2)
-
-
-def test_attitude_at_gain_zero_is_the_fused_angle() -> None:
-    attitude = Attitude(AttitudeParameters(proportional=0.0, integral=0.0))
-    for k in range(10):
-        assert attitude.update(imu(k, 0.1, -0.2, 1.0), DT_ATTITUDE) == (0.0, 0.1)

@@ -53,10 +53,6 @@ def test_the_plan_is_laid_onto_the_ground_with_the_torso_upright(body: Body, til
     assert CentreOfMass(body)(angles)[:2] == pytest.approx(middle[:2], abs=1.5e-3)  # two rounds of refinement
 
 
-def test_level_ground_changes_nothing(body: Body) -> None:
-    assert standing(body, (0.0, 0.0)) == pytest.approx(standing(body, None), abs=1e-12)
-
-
 def pushed(angles: tuple[float, ...], fsr: tuple[float, ...]) -> SensorFrame:
     return standing_frame(position=angles, fsr=fsr)
 
@@ -93,14 +89,6 @@ def test_what_an_ankle_yielded_to_is_not_the_grounds(body: Body) -> None:
             pushed(angles, (6.0,) * 8), (0.0, 0.0), Corrections(ankle_pitch=(-0.1, -0.1)), CYCLE, walking=False
         )
     assert tilt == pytest.approx((0.0, 0.0), abs=1e-6)
-
-
-def test_a_foot_in_the_air_tells_nothing(body: Body) -> None:
-    angles = list(standing(body, None))
-    angles[LEG_SLOTS["R"][4]] += 0.3  # the lifted foot hangs
-    assert found(body, tuple(angles), (0.0, 0.05), (12.0,) * 4 + (0.0,) * 4) == pytest.approx(
-        (0.0, 0.05), abs=1e-6
-    )
 
 
 def test_nobody_believes_a_wall(body: Body) -> None:

@@ -58,15 +58,6 @@ def test_the_settling_of_a_short_rest_is_no_bias(turn):
     assert abs(found - before) * 6 < math.radians(10.0)
 
 
-def test_a_turn_by_hand_is_no_bias():
-    assert turned([(0.0, 0.0, 0.2)] * 1001, moving=False) == pytest.approx(2.0)
-
-
-def test_only_three_axes_tell_a_heading():
-    assert GyroscopeHeading.of(load_body("nao-v3")) is None
-    assert math.isfinite(turned([(0.0, 0.0, 1.0)] * 3))
-
-
 def test_the_bias_is_known_after_a_crouch_on_both_feet():
     """The torso shakes forward and back and the knees bend; nothing turns it but the bias of 0.01 rad/s.
 

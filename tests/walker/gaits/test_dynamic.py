@@ -141,17 +141,6 @@ def test_phases_meet_exactly_where_they_change() -> None:
     assert late.com == pytest.approx((3 * plan.length + BODY.foot.centre[0], 0.0), abs=1e-12)
 
 
-def test_the_plan_does_not_depend_on_the_cycle_time() -> None:
-    """Phases do not end on cycle boundaries: the remainder is carried over."""
-    p = parameters(T_start=1.0037)
-    gait = DynamicGait(p, BODY)
-    fine = itertools.islice(dry_walk(gait, 0.0025), 3, None, 4)
-    for (plan, _), (same, _) in itertools.islice(zip(dry_walk(gait, 0.01), fine, strict=True), 700):
-        assert plan.phase == same.phase
-        assert plan.com == pytest.approx(same.com, abs=1e-10)
-        assert (plan.left.z, plan.right.x) == pytest.approx((same.left.z, same.right.x), abs=1e-10)
-
-
 def test_steps_follow_each_other_as_in_the_thesis_and_the_last_brings_the_feet_together() -> None:
     gait = DynamicGait(parameters(), BODY)
     walked = list(dry_walk(gait, 0.01, 4))
@@ -203,13 +192,6 @@ def inside_hull(point: tuple[float, float], corners: Array) -> bool:
     angles = np.sort(np.arctan2(away[:, 1], away[:, 0]))
     gaps = np.diff(angles, append=angles[0] + 2.0 * math.pi)
     return bool(gaps.max() <= math.pi + 1e-9)
-
-
-def test_the_hull_check_of_these_tests_tells_inside_from_outside() -> None:
-    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.5, 0.5)])
-    assert inside_hull((0.2, 0.9), square)
-    assert not inside_hull((1.01, 0.5), square)
-    assert not inside_hull((-0.5, -0.5), square)
 
 
 @settings(max_examples=60)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import msgspec
@@ -77,24 +76,6 @@ def test_hip_and_feet_move_smoothly() -> None:
     assert acceleration[:, [5, 8]].max() < 40.0
 
 
-def test_the_cycle_does_not_depend_on_how_time_is_cut() -> None:
-    made = gait()
-    late, _ = next(itertools.islice(dry_walk(made, 0.02), 159, None))
-    exact, _ = next(itertools.islice(dry_walk(made, 0.005), 639, None))
-    assert late.step == exact.step
-    assert late.left.x == pytest.approx(exact.left.x, abs=1e-9)
-    assert late.com == pytest.approx(exact.com, abs=1e-9)
-    assert late.zmp == pytest.approx(exact.zmp, abs=1e-6)
-
-
-def test_left_and_right_are_mirror_images() -> None:
-    right, left = walk(gait(first_swing="R"), 3), walk(gait(first_swing="L"), 3)
-    for a, b in zip(right, left, strict=True):
-        assert a.left.x == pytest.approx(b.right.x, abs=1e-12)
-        assert a.left.pitch == pytest.approx(b.right.pitch, abs=1e-12)
-        assert a.com[1] - b.com[1] == pytest.approx(2.0 * a.com[1], abs=1e-4)
-
-
 def test_planned_zmp_stays_in_the_soles_from_rest_to_rest() -> None:
     """Single supports in the stance sole, everything else in the hull of both: margin over 5 mm."""
     outline = {"left": sole_hull(BODY, "L"), "right": sole_hull(BODY, "R")}
@@ -106,14 +87,6 @@ def test_planned_zmp_stays_in_the_soles_from_rest_to_rest() -> None:
         ]
         least = min(least, SupportPolygon(convex_hull(corners)).margin(r.zmp))
     assert least > 0.005
-
-
-def test_hip_height_follows_h_min_and_h_max() -> None:
-    made = gait()
-    heights = [r.hip_height for r in walk(made, 5)]
-    p = made.parameters
-    assert min(heights) == pytest.approx(p.H_min, abs=1e-4)
-    assert max(heights) == pytest.approx(p.H_max, abs=1e-4)
 
 
 def test_known_step_up_and_down() -> None:

@@ -47,14 +47,6 @@ def test_knots() -> None:
     assert apex[1].position == pytest.approx(h_ge + p.H_ao, abs=TOLERANCE)
 
 
-def test_at_rest_at_both_ends() -> None:
-    """(4) to (6)."""
-    p = parameters()
-    path = FootPath(p, SHAPE, Placement(0.0), Placement(2.0 * p.D_s))
-    for time in (1e-12, path.settled - 1e-12):
-        assert [m.velocity for m in path.motion(time)] == pytest.approx([0.0] * 3, abs=TOLERANCE)
-
-
 @pytest.mark.parametrize("slope", [0.0, 0.05])
 def test_twice_continuously_differentiable(slope: float) -> None:
     """Position, velocity, acceleration: where rolling and swing join, and at the knots of the splines."""

@@ -45,13 +45,6 @@ def test_closed_form() -> None:
     assert hip_x(P, x_sd, x_ed).sample(t)[0] + D_s / T_c * t == pytest.approx(second, abs=TOLERANCE)
 
 
-def test_y_is_the_mirror_image_after_a_cycle() -> None:
-    spline = hip_y(P, CHOICE.y_d, CHOICE.y_m)
-    assert spline.at(0.0) == pytest.approx([-value for value in spline.at(P.T_c)], abs=1e-8)
-    assert spline.at(P.T_d).position == pytest.approx(CHOICE.y_d, abs=TOLERANCE)
-    assert spline.at(0.5 * (P.T_c + P.T_d)).position == pytest.approx(CHOICE.y_m, abs=TOLERANCE)
-
-
 def test_z_knots() -> None:
     """(7) with the middle of single support at (T_c + T_d) / 2."""
     spline = hip_z(P)

@@ -58,12 +58,6 @@ def test_a_walk_that_drifts_more_than_it_may_correct_ends_close_to_its_goal():
     assert math.dist(here[:2], (0.05, 0.015)) < 6.0 * ARRIVAL_DISTANCE
 
 
-@given(start)
-@settings(max_examples=60)
-def test_it_makes_use_of_its_share_of_the_limits_and_of_no_more(begin):
-    assert P.share(Steering(P, Foothold(), 0.5).velocity(begin)) <= 0.5 + 1e-9
-
-
 def test_a_long_way_is_walked_at_full_speed_and_the_short_rest_slowly():
     """Far off the speed is the limit's, near the goal that of a brake: v^2 = 2 a s at most."""
     steering = Steering(P, Foothold(5.0))

@@ -116,8 +116,3 @@ def test_a_gait_that_cannot_be_walked_is_refused_by_its_bound(changes, says):
     body = load_body("nao-v3")
     with pytest.raises(ConfigurationError, match=says):
         check_walkable(body, make_gait("static", gait_parameters("static", changes), body))
-
-
-def test_misspelt_parameter_gets_a_suggestion():
-    with pytest.raises(ConfigurationError, match="l_lift"):
-        gait_parameters("static", {"l_lfit": 0.03})

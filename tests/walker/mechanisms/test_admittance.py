@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from bridge.body import load_body
-from bridge.config import from_dict
-from bridge.errors import ConfigurationError
 from tests.plans import supported_plan
 from walker.estimation.contact import SupportState
 from walker.gaits.plan import Support
@@ -24,7 +22,6 @@ from walker.mechanisms.admittance import (
     LegAdmittances,
     LegParameters,
     sole_moment,
-    zero_order_hold,
 )
 
 DT = 0.01
@@ -186,28 +183,11 @@ def test_on_an_obstacle_the_load_is_that_of_the_sinking_target() -> None:
     assert leg.offset == pytest.approx(0.010, abs=0.003)
 
 
-@pytest.mark.parametrize(("ground", "offset"), [(0.0, 0.0), (-0.003, -0.003), (-0.02, -0.005)])
-def test_the_foot_reaches_below_the_ground_as_far_as_the_target_does(ground: float, offset: float) -> None:
-    leg = LegAdmittance(LegParameters())
-    swing(leg, ground, 5000.0)
-    assert leg.offset == pytest.approx(offset, abs=0.003)
-
-
 def test_the_load_of_a_foot_that_is_just_leaving_the_ground_does_not_shorten_the_step() -> None:
     leg = LegAdmittance(LegParameters())
     for k in range(75):
         leg.swing(20.0 * max(1.0 - k / 10, 0.0), DT, progress=k / 150)
     assert leg.e == 0.0
-
-
-def test_noise_below_the_tolerance_moves_nothing() -> None:
-    leg = LegAdmittance(LegParameters(target_depth=0.0))
-    assert {leg.swing(0.5, DT) for _ in range(500)} == {0.0}
-
-
-def test_a_spring_without_room_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match=r"k_b = 0\.04 m lies beyond the spring's pole"):
-        from_dict({"k_b": 0.04}, "admittance", LegParameters)
 
 
 def _ripple(late: float, told: float) -> float:
@@ -231,17 +211,6 @@ def test_a_late_loop_rings_unless_the_admittance_knows_of_it(late: float) -> Non
     assert _ripple(0.0, 0.0) < 0.8
     assert _ripple(late, 0.0) > 2.0
     assert _ripple(late, late) < 0.8
-
-
-def test_search_reaches_further_than_the_depression_the_plan_allows_for() -> None:
-    p = LegParameters()
-    leg = LegAdmittance(p)
-    for k in range(150):
-        leg.swing(0.0, DT, progress=min(1.0, k / 100))
-    assert leg.swing(0.0, DT) == pytest.approx(-p.target_depth, abs=1e-3)
-    for _ in range(50):
-        lift = leg.swing(0.0, DT, search_depth=0.01)
-    assert lift == pytest.approx(-p.target_depth - 0.01, abs=1e-3)
 
 
 BODY = load_body("nao-v3")
@@ -275,19 +244,6 @@ def test_ground_under_the_toe_lifts_the_toe_and_under_the_left_edge_lifts_that_e
         assert toe_pitch < -0.1
         assert abs(toe_roll) < 0.1 * abs(toe_pitch)
         assert edge_roll > 0.01
-
-
-def test_euler_poles_of_the_printed_parameters_are_the_checked_ones() -> None:
-    """(4.11): 1 - D T_s / M = -0.129 in roll, 0.435 in pitch; (4.11) itself is not what runs here."""
-    p = AnkleParameters()
-    for M, D, K, printed in ((p.M_roll, p.D_roll, p.K_roll, -0.129), (p.M_pitch, p.D_pitch, p.K_pitch, 0.435)):
-        euler = np.array([[1.0, DT], [-K / M * DT, 1.0 - D / M * DT]])
-        assert euler[1, 1] == pytest.approx(printed, abs=5e-4)
-        assert np.abs(np.linalg.eigvals(euler)).max() < 1.0
-        # The exact step has the poles exp(lambda T_s) of (4.9), never negative.
-        (aa, av, _), (va, vv, _) = zero_order_hold(M, D, K, DT)
-        exact = np.exp(np.roots([M, D, K]) * DT)
-        assert sorted(np.linalg.eigvals([[aa, av], [va, vv]])) == pytest.approx(sorted(exact), rel=1e-9)
 
 
 def test_the_angle_follows_the_differential_equation_for_any_cycle_time() -> None:
@@ -325,14 +281,6 @@ def test_small_differences_between_the_cells_do_not_tilt_the_foot() -> None:
         reading = 3.0 * level / (1.0 - 0.199 * signs)
         for _ in range(50):
             assert ankle.update(reading, "swing", DT, FREE) == (0.0, 0.0)
-
-
-def test_a_real_tilt_is_heard() -> None:
-    ankle = AnkleAdmittance(AnkleParameters(), BODY, "L")
-    roll, pitch = ankle.moment((0.0, 0.0, 2.0, 2.0))
-    true_roll, true_pitch = sole_moment((0.0, 0.0, 2.0, 2.0), BODY.fsr.L)
-    assert 0.5 * true_pitch < pitch < true_pitch
-    assert 0.0 <= roll <= true_roll
 
 
 @settings(max_examples=150)
@@ -391,13 +339,6 @@ def test_a_tilt_is_held_through_stance_and_decays_in_swing_with_its_own_spring()
     for _ in range(60):
         left = ankle.update((0.0,) * 4, "swing", DT, FREE)
     assert left[1] == pytest.approx(tilted[1] * math.exp(-0.6 * p.K_pitch / p.D_pitch), rel=0.03)
-
-
-def test_before_its_start_in_the_swing_the_admittance_holds() -> None:
-    ankle = AnkleAdmittance(AnkleParameters(start=0.5), BODY, "L")
-    for k in range(50):
-        assert ankle.update((5.0, 0.0, 0.0, 0.0), "swing", DT, FREE, progress=k / 100) == (0.0, 0.0)
-    assert ankle.update((5.0, 0.0, 0.0, 0.0), "swing", DT, FREE, progress=0.5) != (0.0, 0.0)
 
 
 def test_a_foot_that_meets_a_slope_turns_until_it_lies_on_it() -> None:

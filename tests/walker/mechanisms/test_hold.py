@@ -110,11 +110,6 @@ def test_slip_is_made_up_for(command, slip):
     assert slipped(command, slip) == pytest.approx(command[:2], abs=0.003)
 
 
-def test_without_it_slip_is_all_there():
-    off = VelocityHoldParameters(gain=0.0)
-    assert slipped((0.2, 0.0, 0.0), (0.004, 0.0), hold=off)[0] == pytest.approx(0.2 + 0.004 / P.T, rel=0.01)
-
-
 def test_the_correction_is_bounded():
     bound = HOLD.max_correction
     assert slipped((0.1, 0.0, 0.0), (0.02, 0.0))[0] == pytest.approx(0.1 + 0.02 / P.T - bound, abs=0.003)

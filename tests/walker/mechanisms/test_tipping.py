@@ -58,11 +58,6 @@ def test_a_step_is_prolonged_until_the_capture_point_is_back(support, yaw):
     assert not any(held[cycles + 40 :])
 
 
-def test_an_undisturbed_step_ends_in_time():
-    for off in (-0.2, 0.0, 0.05):
-        assert not any(each.extend_step for each in watched([off] * 60))
-
-
 def test_a_robot_that_does_not_come_back_is_not_waited_for():
     held = [each.extend_step for each in watched([0.1] * 300)]
     cycles = round((P.T + TIPPING.max_hold) / DT)

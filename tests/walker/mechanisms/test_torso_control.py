@@ -11,8 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from bridge.body import joint_tree, load_body
-from bridge.errors import ConfigurationError
 from nao_hil.design.torso.robust import robust_design
 from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import thesis_plant
@@ -177,14 +175,6 @@ def test_lost_samples_hold(design) -> None:
     assert torso.update(math.inf, "R") == held
 
 
-@pytest.mark.parametrize(
-    "arguments", [{"offset": 0.0}, {"rate": math.nan}, {"bleed_rate": -1.0}, {"rate": 0.5, "bleed_rate": 0.6}]
-)
-def test_senseless_limits_are_refused(arguments) -> None:
-    with pytest.raises(ConfigurationError):
-        TorsoLimits(**arguments)
-
-
 def rotation_y(angle: float) -> np.ndarray:
     """Right-handed rotation about y (pitch of the thesis' (2.4)): turns x towards -z."""
     c, s = math.cos(angle), math.sin(angle)
@@ -196,12 +186,6 @@ def torso_pitch_on_flat_sole(hip: float, knee: float, ankle: float) -> float:
     torso = (rotation_y(hip) @ rotation_y(knee) @ rotation_y(ankle)).T
     nose = torso @ np.array([1.0, 0.0, 0.0])
     return math.asin(-nose[2])  # nose down is positive
-
-
-def test_the_pitch_joints_turn_about_plus_y() -> None:
-    tree = joint_tree(load_body("nao-v3"))
-    for joint in ("LAnklePitch", "RAnklePitch", "LKneePitch", "LHipPitch"):
-        assert tree[joint].axis == (0.0, 1.0, 0.0)
 
 
 def test_positive_ankle_pitch_is_toe_down_when_the_foot_is_free() -> None:

@@ -99,7 +99,7 @@ class Apex(NamedTuple):
     way: float
     """Fraction of the path."""
     height: float
-    """Of the ankle above the higher of both ends, m."""
+    """Height of the ankle above the higher of both ends, m."""
 
 
 class FootPath:
@@ -197,9 +197,9 @@ _APEX_SHIFTS: Final = (
     (-0.15, -0.35),
     (0.15, 0.35),
 )
-"""Of the apex in time and way, fractions of the swing: early and short up a step, late and far down one."""
+"""Shifts of the apex in time and way, fractions of the swing: early up a step, late and far down one."""
 _APEX_RAISES: Final = (0.0, 0.004, 0.008, 0.012)
-"""m"""
+"""Raises of the apex that are tried, m."""
 _SAMPLES: Final = 60
 _TOLERANCE: Final = 1e-9
 """m; rounding of a sole that rolls on the ground."""

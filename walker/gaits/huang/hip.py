@@ -141,7 +141,7 @@ class Piece:
     """The hip over a start, a cycle or a stop; time counts from its beginning."""
 
     duration: float
-    """s"""
+    """Duration of the half cycle, s."""
     x: Cubic
     y: Cubic
     z: tuple[tuple[float, Cubic], ...]
@@ -151,7 +151,7 @@ class Piece:
     rise: float
     """Time in which it changes over, s."""
     slope: float
-    """Of the floor, rad."""
+    """Slope of the floor, rad."""
 
     def hip(self, t: float) -> tuple[float, float, float]:
         """Middle between the hip joints, walk frame, m; also a little before and after the piece."""

@@ -90,7 +90,7 @@ class Bodies:
         return frames
 
     def centre_of_mass(self, frames: Array) -> Array:
-        """Of all bodies, shape (3,), m."""
+        """Centre of mass of all bodies, shape (3,), m."""
         com: Array = self.mass @ self.centres(frames) / self.mass.sum()
         return com
 

@@ -95,14 +95,14 @@ def _step(g: Constants, x: OmniState, u: GaitCommand, dt: float) -> OmniState:
         x = _begin_capture_step(x, measured)
     elif x.phase == "stand" and u.walk:
         x = _start(g, x)
-    left = dt
-    while x.phase != "stand" and left > _EPSILON:
-        part = min(left, max(_duration(g, x) - x.t, 0.0))
+    remaining = dt
+    while x.phase != "stand" and remaining > _EPSILON:
+        part = min(remaining, max(_duration(g, x) - x.t, 0.0))
         if x.single and x.captures and measured is not None:
             x = _follow(g, x, measured, part)
         else:
             x = _aim(g, _fall(g, x, part), u.feedback)
-        left -= part
+        remaining -= part
         if x.t >= _duration(g, x) - _EPSILON:
             if u.feedback.extend_step and x.single and not x.captures:
                 break
@@ -271,7 +271,7 @@ def _edge(g: Constants, x: OmniState, xi: Vec2) -> Vec2:
 
 
 def _duration(g: Constants, x: OmniState) -> float:
-    """Of the phase, s."""
+    """Duration of the phase, s."""
     if not x.single:
         return g.p.T_start * (_STOP_DURATION_FACTOR if x.phase == "stop" else 1.0)
     return {"ahead": g.p.T_capture, "back": g.p.T_backward_capture}.get(x.kind, g.p.T)
@@ -430,14 +430,14 @@ def _plan(g: Constants, x: OmniState, u: GaitCommand) -> Plan:
 
 def _stop_poses(g: Constants, x: OmniState) -> tuple[Foothold, ...]:
     """See `Plan.stop_poses`. Feedback counts as moving the next foothold as far as the one under way."""
-    left = _duration(g, x) - x.t
-    if left > _FREEZE_TIME or x.kind != "walk" or x.phase in ("stop", "stand"):
+    remaining = _duration(g, x) - x.t
+    if remaining > _FREEZE_TIME or x.kind != "walk" or x.phase in ("stop", "stand"):
         return ()
     now = _side_by_side(g, x.target, x.swing)
     if not x.single:
         return now, now
     dx, dy = x.adjustment
-    end = _drift(x.xi, _under_stance(g, x), math.exp(g.omega * left))
+    end = _drift(x.xi, _under_stance(g, x), math.exp(g.omega * remaining))
     landed = _landed(g, x._replace(xi=end))
     # The ZMP moves there in T_DSP: as if the capture point were off by rho times that way.
     xi_x, xi_y = (

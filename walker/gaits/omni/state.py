@@ -13,15 +13,15 @@ REST: Final[Vec3] = (0.0, 0.0, 0.0)
 """No velocity, m/s, m/s, rad/s."""
 
 Kind = Literal["walk", "closing", "ahead", "back"]
-"""Of a step: of the walk; the last one, which brings the feet side by side; a capture step ahead or back, which
-follows the measured capture point."""
+"""Kind of a step: of the walk; the last one, which brings the feet side by side; a capture step ahead or back,
+which follows the measured capture point."""
 
 
 class OmniState(NamedTuple):
     """State of the gait, in the walk frame, m and s."""
 
     stance: Foothold
-    """Of the stance foot, or of the first one."""
+    """Pose of the stance foot, or of the first one."""
     liftoff_pose: Foothold
     """Pose of the other foot before its swing."""
     swing: Side
@@ -34,7 +34,7 @@ class OmniState(NamedTuple):
     zmp: Vec2
     """At rest in `start` and `stop`; in a step, that of the step before."""
     velocity: Vec3 = REST
-    """Of the step under way, m/s, m/s, rad/s."""
+    """Velocity of the step under way, m/s, m/s, rad/s."""
     correction: Vec3 = REST
     """Added by feedback."""
     heading_correction: float = 0.0
@@ -44,7 +44,7 @@ class OmniState(NamedTuple):
     """Since the beginning of the phase."""
     step: int = 0
     kind: Kind = "walk"
-    """Of the step under way, or of the last one until the robot stands."""
+    """Kind of the step under way, or of the last one until the robot stands."""
     adjustment: Vec2 = (0.0, 0.0)
     """Shift of the target by feedback, m."""
     com_offset: Vec2 = (0.0, 0.0)
@@ -69,7 +69,7 @@ class OmniState(NamedTuple):
 
     @property
     def corrected_velocity(self) -> Vec3:
-        """Of the step under way with its correction, m/s, m/s, rad/s."""
+        """Velocity of the step under way with its correction, m/s, m/s, rad/s."""
         x, y, turn = (v + c for v, c in zip(self.velocity, self.correction, strict=True))
         return x, y, turn
 

@@ -53,7 +53,7 @@ class Breathing:
         self._enabled: set[str] = set()
         self._bpm, self._amplitude = 12.0, 0.5  # confirmed: vendor's page
         self._ends: dict[str, int] = {}
-        """Of each part's present half breath, ms."""
+        """Time of each part's present half breath, ms."""
         self._base: dict[str, float] = {}
         """Resting angles of the breathing joints, rad."""
         self._sent: dict[str, float] = {}

@@ -125,7 +125,7 @@ class CameraFeed(Protocol):
 
 
 class NoCameraFeed:
-    """Of a robot without cameras here."""
+    """Feed of a robot without cameras here."""
 
     def picture(self, *_: Any) -> Future[Any]:
         """See `CameraFeed`."""
@@ -137,7 +137,7 @@ class NoCameraFeed:
 
 
 class DrawnCameraFeed:
-    """Of an emulated robot, by a drawing process, idle until the first call; thread-safe, close it.
+    """Feed of an emulated robot, by a drawing process, idle until the first call; thread-safe, close it.
 
     Args:
         robot: id of the robot.

@@ -39,7 +39,7 @@ _FLAT_FOOT_MASK: Final = 59
 _STANCE_WEIGHT: Final = 3.0
 """Weight of a stance foot's pose over that of a moving foot (assumed)."""
 ITERATIONS: Final = 30
-"""Of the search for one place."""
+"""Most steps of the search for one place."""
 ITERATIONS_ON_PATH: Final = 4
 """For the next pose of a path, which is near."""
 

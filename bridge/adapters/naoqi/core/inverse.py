@@ -15,7 +15,7 @@ from bridge.body.quantities import limits
 from bridge.types import Array
 
 DAMPING: Final = 0.02
-"""Of the least squares, in units of the weighted error (m)."""
+"""Damping of the least squares, in units of the weighted error (m)."""
 METRES_PER_RADIAN: Final = 0.1
 """m that an error of 1 rad weighs."""
 MAX_STEP: Final = 0.3

@@ -34,7 +34,7 @@ from bridge.errors import NaoqiRefused
 POINT_INTERVAL: Final = 0.020
 """s between two points: the cycle of ALMotion, which writes through the DCM (confirmed: vendor's pages)."""
 MAX_POINTS: Final = 400
-"""Of one path; a DCM buffer takes 512."""
+"""Most points of one path; a DCM buffer takes 512."""
 
 
 def smooth(start: float, values: Sequence[float], times: Sequence[float]) -> list[tuple[float, float]]:

@@ -27,10 +27,10 @@ class RunningTask:
     number: int
     """Counts up from 1."""
     name: str
-    """Of its method."""
+    """Name of its method."""
     joints: tuple[str, ...]
     moment: int
-    """Of its next step, ms."""
+    """Time of its next step, ms."""
     steps: MotionTask
     done: Future[Any]
     locks: bool = False

@@ -134,7 +134,7 @@ class VisualCompass:
         self._events.raise_event("VisualCompass/Deviation", [deviation, list(self._place()), stamp()])
 
     def _direction(self) -> Vec2:
-        """Of the camera's axis in FRAME_WORLD: down from the horizontal, and about the vertical, rad."""
+        """Direction of the camera's axis in FRAME_WORLD, rad: pitch down and heading."""
         x, y, z, _ = self._frames.transform(CAMERAS[self.extractor.camera], 1, True)[:, 0]
         return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
 

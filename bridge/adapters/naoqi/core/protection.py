@@ -92,7 +92,7 @@ class WalkProtection:
 
 
 FALL_STIFFNESS: Final = FallSettings().stiffness
-"""Of all joints in a fall (assumed: by the vendor's page the stiffness is reduced)."""
+"""Stiffness of all joints in a fall (assumed: by the vendor's page the stiffness is reduced)."""
 
 
 class FallManager:

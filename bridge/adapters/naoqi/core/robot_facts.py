@@ -110,7 +110,7 @@ class RobotConfig:
 
 
 MEMORY_KILOBYTES: Final = 1_000_000
-"""Of the robot's computer (confirmed for V4 and V5: 1 GB)."""
+"""Memory of the robot's computer (confirmed for V4 and V5: 1 GB)."""
 
 
 class RobotFacts:

@@ -197,7 +197,7 @@ QUIET_VISION: Final = {
 """As `QUIET_SERVICES`, of services with a camera."""
 MAX_SUBSCRIBERS = 1000
 _MAX_PERIOD = 3_600_000
-"""ms"""
+"""Longest period of a subscription, ms."""
 
 
 Period = Annotated[int, Range(0, _MAX_PERIOD, "ms")]

@@ -76,7 +76,7 @@ ColourSpace = Annotated[int, _colour_space]
 Rate = Annotated[int, Range(1, MAX_RATE)]
 Pair = Annotated[list[float], Vector("x, y", -10.0, 10.0)]
 Handle = Annotated[_CameraSubscription, Own("_subscription")]
-"""Of a subscription, by its handle or name."""
+"""Handle of a subscription, by its handle or name."""
 
 
 class VideoDevice:
@@ -303,7 +303,7 @@ class VideoDevice:
         return [math.tan(0.5 * a) / t for a, t in zip(size, self._tangents(camera), strict=True)]
 
     def _tangents(self, camera: int) -> tuple[float, float]:
-        """Of half the fields of view."""
+        """Tangents of half the fields of view."""
         across, down = self._cameras[camera].field
         return math.tan(0.5 * across), math.tan(0.5 * down)
 

@@ -265,7 +265,7 @@ class WalkerHandover:
         return {"velocity": velocity, "target": target} if any(target) else None
 
     def velocity(self) -> list[float]:
-        """Of the planned steps: m/s, m/s, rad/s."""
+        """Velocity of the planned steps: m/s, m/s, rad/s."""
         return list(self._status.velocity) if self._status else [0.0, 0.0, 0.0]
 
     def close(self) -> None:

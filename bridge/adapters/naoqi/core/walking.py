@@ -60,13 +60,13 @@ class FullSpeed(NamedTuple):
     """Velocities of the longest steps."""
 
     ahead: float
-    """m/s"""
+    """Largest velocity ahead, m/s."""
     back: float
-    """m/s"""
+    """Largest velocity backward, m/s."""
     across: float
-    """m/s"""
+    """Largest velocity sideways, m/s."""
     turn: float
-    """rad/s"""
+    """Largest turning rate, rad/s."""
 
     def of(self, fractions: Vec3) -> Vec3:
         """The velocity by fractions forward, to the left and of the turn: m/s, m/s, rad/s."""

@@ -88,7 +88,7 @@ class AutonomousLife:
 ENGAGEMENT_MODES: Final = ("Unengaged", "FullyEngaged", "SemiEngaged")
 TRACKING_MODES: Final = ("Head", "BodyRotation", "WholeBody", "MoveContextually")
 STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "TabletTouch")
-"""Of `ALBasicAwareness` (confirmed: vendor's page)."""
+"""Kinds of stimuli of `ALBasicAwareness` (confirmed: vendor's page)."""
 NO_PERSON: Final = -1
 """In place of a person's number (confirmed: vendor's page)."""
 LOST_TIME: Final = 3000

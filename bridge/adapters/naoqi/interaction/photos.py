@@ -27,7 +27,7 @@ FORMATS: Final = {
 GREY, COLOUR = 0, 13
 """Colour spaces of files."""
 MAX_PICTURES: Final = 9000
-"""Of a call or a film."""
+"""Most pictures of a call or a film."""
 
 
 class _Setup:

@@ -94,7 +94,7 @@ class Voice:
 
 
 LETTERS_PER_SECOND: Final = 14.0
-"""Of speech at speed 100 (assumed: 150 words a minute)."""
+"""Rate of speech at speed 100 (assumed: 150 words a minute)."""
 SENTENCE_PAUSE: Final = 0.3
 """s after a full stop (assumed)."""
 SPEEDS: Final = (50.0, 400.0)

@@ -42,11 +42,6 @@ def test_maps_come_out_however_the_stream_is_cut(cuts: list[int]) -> None:
     assert stream.dropped == 0
 
 
-def test_byte_by_byte_a_map_is_there_with_its_last_byte() -> None:
-    stream = MapStream(codec.ACTUATORS)
-    assert [len(stream.feed(bytes([byte]))) for byte in MARK] == [0] * (len(MARK) - 1) + [1]
-
-
 @pytest.mark.parametrize(
     "values",
     [
@@ -59,11 +54,6 @@ def test_byte_by_byte_a_map_is_there_with_its_last_byte() -> None:
 )
 def test_any_keys_and_numbers_in_any_order(values: dict[str, Any]) -> None:
     assert MapStream(codec.ACTUATORS).feed(packed(**values)) == [values]
-
-
-def test_double_precision_is_understood() -> None:
-    data = msgpack.packb({"Stiffness": [0.1] * 25}, use_bin_type=False)
-    assert MapStream(codec.ACTUATORS).feed(data) == [{"Stiffness": [0.1] * 25}]
 
 
 @pytest.mark.parametrize(

@@ -89,22 +89,6 @@ def test_a_loop_that_was_held_up_sends_no_burst() -> None:
     assert timer.skipped == 9
 
 
-def test_late_frames_at_the_start_cost_the_client_no_time_for_long() -> None:
-    """The first frames come 5 ms late, as of a robot that has just started: it is made up in half a second."""
-    clock = Clock()
-    frames = [k * PERIOD + (5 * MS if k < 4 else 0) for k in range(1, 200)]
-    timer = PacketTimer(0.012, clock)
-    sent = packets(timer, clock, frames, frames[-1])
-    assert max(at - frames[frame] for at, frame in sent[80:]) < 1.5 * SEND_DELAY
-
-
-def test_a_path_or_a_host_and_a_port() -> None:
-    assert parse_address("/tmp/robocup") == Address(path="/tmp/robocup")
-    assert parse_address("./robocup") == Address(path="./robocup")
-    assert parse_address("192.168.1.7:10000") == Address(host="192.168.1.7", port=10000)
-    assert parse_address("[::1]:10000") == Address(host="::1", port=10000)
-
-
 @pytest.mark.parametrize("text", ["robocup", "10.0.0.1", "10.0.0.1:0", "host:", ":10000", "host:99999"])
 def test_anything_else_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(ConfigurationError, match=r"must be a path with a `/`.*or HOST:PORT"):

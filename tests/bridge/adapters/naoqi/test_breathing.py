@@ -67,14 +67,3 @@ def test_fast_breaths_are_small_ones(robot: Robot) -> None:
             robot.motion("setBreathConfig", wrong)
     with pytest.raises(NaoqiRefused, match="'Leg'"):
         robot.motion("setBreathEnabled", "Leg", True)
-
-
-def test_switching_it_off_leaves_a_motion_of_the_program_alone(robot: Robot) -> None:
-    robot.motion("setBreathEnabled", "Body", True)
-    robot.run(1.0)
-    done = robot.motion("angleInterpolation", "HeadPitch", -0.3, 1.0, True)
-    robot.run(0.5)
-    robot.motion("setBreathEnabled", "Body", False)
-    robot.wait(done)
-    robot.run(5.0)
-    assert robot.angle("HeadPitch") == pytest.approx(-0.3, abs=1e-3)

@@ -77,15 +77,6 @@ def test_a_hand_goes_where_it_is_sent(robot: Robot, effector: str) -> None:
     assert robot.motion("getPosition", effector, 0, True)[:3] == pytest.approx(wanted[:3], abs=1e-3)
 
 
-def test_a_change_is_relative_and_takes_a_transform(robot: Robot) -> None:
-    before = robot.motion("getPosition", "LArm", 0, False)
-    shift = [1.0, 0.0, 0.0, 0.02, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, -0.02]
-    robot.motion("changeTransform", "LArm", 0, shift, 0.5, 7)
-    robot.run(2.0)
-    after = robot.motion("getPosition", "LArm", 0, True)
-    assert np.subtract(after, before)[:3] == pytest.approx([0.02, 0.0, -0.02], abs=1e-3)
-
-
 def test_the_torso_goes_down_between_the_feet(robot: Robot) -> None:
     start = robot.motion("getPosition", "Torso", 2, False)
     low = [*start[:2], start[2] - 0.03, *start[3:]]
@@ -177,29 +168,6 @@ def test_effectors_follow_targets_in_the_robots_space_while_that_is_enabled(robo
     assert robot.motion("getPosition", "Head", 2, False)[4:] == pytest.approx([0.2, 0.4], abs=0.01)
 
 
-def test_fixed_feet_are_not_held_any_longer_than_the_knees_move(robot: Robot) -> None:
-    """Before, hips and ankles were sent to the last flat place after the call's end, on the way of a rest."""
-    robot.motion("wbEnable", True)
-    knees = ["LKneePitch", "RKneePitch"]
-    robot.wait(robot.motion("angleInterpolation", knees, [[1.0], [1.0]], [[1.01], [1.01]], True))
-    robot.motion("wbEnable", False)
-    robot.motion("setAngles", "LHipPitch", -0.2, 1.0)
-    robot.run(1.0)
-    assert robot.angle("LHipPitch") == pytest.approx(-0.2, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("point", "arguments"),
-    [([0.6, 0.2, 0.3], (0, 0.5, False)), ([0.5, -0.3, 0.1], (0.5, False)), ([0.5, -0.3, 0.1], (0, 0.5, True))],
-)
-def test_the_camera_looks_at_a_place(robot: Robot, point: list[float], arguments: tuple[Any, ...]) -> None:
-    robot.wait(robot.call("ALTracker", "lookAt", point, *arguments))
-    camera = np.array(robot.motion("getTransform", "CameraTop", 0, True)).reshape(4, 4)
-    x, y, z, _ = np.linalg.inv(camera) @ (*point, 1.0)
-    assert x > 0.0
-    assert math.degrees(math.atan2(math.hypot(y, z), x)) < 0.5
-
-
 @pytest.mark.parametrize("arguments", [(0, 0.5), (0.5,)])
 def test_an_arm_points_at_a_place(robot: Robot, arguments: tuple[Any, ...]) -> None:
     point = np.array([1.0, 0.4, 0.3])
@@ -208,23 +176,6 @@ def test_an_arm_points_at_a_place(robot: Robot, arguments: tuple[Any, ...]) -> N
     shoulder = np.array([0.0, LENGTH.ShoulderOffsetY, LENGTH.ShoulderOffsetZ])
     along, arm = point - shoulder, hand - shoulder
     assert math.degrees(math.acos(along @ arm / np.linalg.norm(along) / np.linalg.norm(arm))) < 8.0
-
-
-def test_an_event_is_followed_with_the_head_and_an_arm(robot: Robot) -> None:
-    """Before, trackEvent refused, and an effector was remembered only."""
-    robot.call("ALTracker", "setEffector", "RArm")
-    robot.call("ALTracker", "trackEvent", "MyBlob")
-    x, y, z = robot.motion("getPosition", "RShoulderPitch", 1, True)[:3]
-    robot.run(0.5)
-    for _ in range(20):
-        robot.call("ALMemory", "raiseEvent", "MyBlob", [[x + 0.5, y - 0.5, z, 0.0, 0.0, 0.0], [1, 0], 2])
-        robot.run(0.2)
-    head, *_ = robot.motion("getAngles", "HeadYaw", True)
-    pitch, roll = robot.motion("getAngles", ["RShoulderPitch", "RShoulderRoll"], True)
-    assert (pitch, roll) == pytest.approx((0.0, -math.radians(45.0)), abs=0.05)
-    ahead, side, _ = robot.call("ALTracker", "getTargetPosition", 0)
-    assert head == pytest.approx(math.atan2(side, ahead), abs=0.02)
-    assert robot.call("ALTracker", "getActiveTarget") == "MyBlob"
 
 
 def test_a_landmark_is_detected_where_the_cameras_geometry_says(robot: Robot) -> None:
@@ -244,34 +195,6 @@ def test_a_landmark_is_detected_where_the_cameras_geometry_says(robot: Robot) ->
     robot.call("NaoHil", "hide", "landmark", 80)
     robot.run(0.2)
     assert robot.events[-1] == ("LandmarkDetected", [])
-
-
-def test_a_signal_of_an_event_starts_its_extractor(robot: Robot) -> None:
-    """As `subscribeToEvent` does (vendor's page): the NAOMark box of Choregraphe has an event input only."""
-    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
-    place: list[Any] = [float(x) for x in (camera @ (1.0, 0.0, 0.0, 1.0))[:3]]
-    robot.call("NaoHil", "show", "landmark", 64, place)
-    robot.run(0.5)
-    assert not robot.events
-    robot.signals.add("LandmarkDetected")
-    robot.run(0.5)
-    assert {name for name, _ in robot.events} == {"LandmarkDetected"}
-    robot.signals.clear()
-    robot.events.clear()
-    robot.run(0.5)
-    assert not robot.events
-
-
-def test_a_face_is_learnt_that_appears_a_little_later(robot: Robot) -> None:
-    """A program learns it in its first line, and the cameras report some cycles later."""
-    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
-    place: list[Any] = [float(x) for x in (camera @ (0.8, 0.0, 0.0, 1.0))[:3]]
-    learnt = robot.call("ALFaceDetection", "learnFace", "Anna")
-    robot.run(1.0)
-    assert not learnt.done()
-    robot.call("NaoHil", "show", "face", "somebody", place)
-    assert robot.wait(learnt) is True
-    assert robot.call("ALFaceDetection", "getLearnedFacesList") == ["Anna"]
 
 
 @pytest.mark.parametrize("period", [100, 500, 1000])

@@ -73,33 +73,11 @@ def test_a_rule_answers_what_it_matches_as_a_whole(robot: Robot, words: str, exp
     assert dict(robot.events)["Dialog/MatchedTopic"] == "mine"
 
 
-def test_what_no_rule_matches_is_not_understood(robot: Robot) -> None:
-    robot.events.clear()
-    robot.call("ALDialog", "forceInput", "I want some chicken now")
-    assert dict(robot.events)["Dialog/NotUnderstood"] == "I want some chicken now"
-    robot.run(2.0)
-    assert ("ALTextToSpeech/CurrentSentence", "Pardon?") in robot.events
-
-
 def test_rules_within_a_rule_come_after_it_only(robot: Robot) -> None:
     assert said(robot, "bad") is None or "Why" not in str(said(robot, "bad"))
     said(robot, "how are you today")
     assert said(robot, "bad") == "Why?"
     assert said(robot, "the weather") == "So the weather it is."
-
-
-def test_a_variable_is_a_datum_of_the_memory(robot: Robot) -> None:
-    assert said(robot, "my name is Anna Bell") == "Hello Anna Bell"
-    assert robot.call("ALMemory", "getData", "name") == "Anna Bell"
-    robot.call("ALMemory", "insertData", "name", "Bert")
-    assert said(robot, "who am I") == "You are Bert"
-    assert said(robot, "how is it") == "Pardon?"
-    robot.call("ALMemory", "insertData", "mood", "good")
-    assert said(robot, "how is it") == "Good"
-
-
-def test_choices_take_turns(robot: Robot) -> None:
-    assert [said(robot, "count") for _ in range(4)] == ["one", "two", "three", "one"]
 
 
 def test_a_touched_head_is_an_event_to_answer_when_it_is_touched_and_not_when_it_is_let_go(
@@ -114,41 +92,6 @@ def test_a_touched_head_is_an_event_to_answer_when_it_is_touched_and_not_when_it
     assert answer(robot, lambda: touch(0.0)) is None
     robot.call("ALDialog", "unsubscribe", "me")
     assert answer(robot, lambda: touch(1.0)) is None
-
-
-def test_proposals_are_said_in_their_order_and_then_nothing(robot: Robot) -> None:
-    assert answer(robot, lambda: robot.call("ALDialog", "gotoTopic", "mine")) == "I can help you."
-    assert robot.call("ALDialog", "getFocus") == "mine"
-    assert answer(robot, lambda: robot.call("ALDialog", "forceOutput")) == "Anything else?"
-    assert answer(robot, lambda: robot.call("ALDialog", "forceOutput")) is None
-    assert ("Dialog/NothingToSay", 1) in robot.events
-    assert answer(robot, lambda: robot.call("ALDialog", "gotoTag", "helped", "mine")) == "I can help you."
-
-
-def test_a_tag_that_is_switched_off_is_not_said(robot: Robot) -> None:
-    robot.call("ALDialog", "disableTag", "helped", "mine")
-    assert answer(robot, lambda: robot.call("ALDialog", "gotoTag", "helped", "mine")) is None
-    robot.call("ALDialog", "enableTag", "helped", "mine")
-    assert answer(robot, lambda: robot.call("ALDialog", "gotoTag", "helped", "mine")) == "I can help you."
-
-
-def test_words_of_a_program_s_concept_count_until_they_are_cleared(robot: Robot) -> None:
-    robot.call("ALDialog", "setConcept", "food", "English", ["double-decker bus"])
-    robot.call("ALDialog", "addToConcept", "food", "English", ["dragon"])
-    assert said(robot, "I want a dragon") != "Sure! You must really like dragon."  # `a` is in no rule
-    assert said(robot, "I want dragon") == "Sure! You must really like dragon."
-    robot.call("ALDialog", "clearConcepts")
-    assert said(robot, "I want eggs") == "Sure! You must really like eggs."
-
-
-def test_words_that_the_robot_hears_are_answered_while_somebody_has_subscribed(robot: Robot) -> None:
-    def hear() -> None:
-        robot.call("NaoHil", "hear", "count")
-        robot.run(2.0)
-
-    assert answer(robot, hear) == "one"
-    robot.call("ALDialog", "deactivateTopic", "mine")
-    assert answer(robot, hear) is None
 
 
 @pytest.mark.parametrize(

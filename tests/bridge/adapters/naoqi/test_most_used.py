@@ -191,50 +191,6 @@ def test_a_loop_of_sound_lasts_until_it_is_stopped_and_a_sound_as_long_as_it_is(
         robot.call("ALAudioPlayer", "play", 10_000)
 
 
-def test_a_sound_that_is_missing_is_left_out_with_a_warning(
-    robot: Robot, caplog: pytest.LogCaptureFixture
-) -> None:
-    """The program's motions are worth seeing without its music."""
-    for method in ("playFile", "playFileInLoop"):
-        assert robot.wait(robot.call("ALAudioPlayer", method, "/home/nao/song.mp3")) is None
-    assert "song.mp3 is left out (No such file or directory)" in caplog.text
-
-
-def test_a_call_by_post_gives_its_number_and_logs_its_error(
-    robot: Robot, caplog: pytest.LogCaptureFixture
-) -> None:
-    first = robot.call("ALMotion", "pCall", ["setAngles", "Elbow", 0.0, 0.1])
-    second = robot.call("ALMotion", "pCall", ["setAngels", "HeadYaw", 0.0, 0.1])
-    assert (isinstance(first, int), second) == (True, first + 1)
-    assert "'Elbow'" in caplog.text and "setAngels" in caplog.text
-    assert robot.call("ALMotion", "isRunning", first) is False
-
-
-def test_a_camera_is_chosen_before_a_subscription_and_a_stranger_gets_no_picture(robot: Robot) -> None:
-    assert robot.call("ALVideoDevice", "setCameraParameter", "test", 18, 1) is True
-    handle = robot.call("ALVideoDevice", "subscribe", "test", 2, 11, 15)
-    assert robot.call("ALVideoDevice", "getActiveCamera", handle) == 1
-    assert robot.call("ALVideoDevice", "getImageRemote", "nobody") is None
-    assert robot.call("ALVideoDevice", "releaseImage", "nobody") is False
-
-
-@pytest.mark.parametrize("service", ["ALRedBallTracker", "ALFaceTracker"])
-def test_an_old_tracker_turns_the_head_to_its_target(robot: Robot, service: str) -> None:
-    """It is 0.5 m ahead of the Torso frame's origin, 0.1 m to the left."""
-    kind = {"ALRedBallTracker": "ball", "ALFaceTracker": "face"}[service]
-    robot.motion("setStiffnesses", "Head", 1.0)
-    robot.call(service, "startTracker")
-    assert (robot.call(service, "isActive"), robot.call(service, "getPosition")) == (True, [0.0, 0.0, 0.0])
-    x, y, z = robot.motion("getPosition", "Torso", 1, True)[:3]
-    size = {"ball": 0.06, "face": 0.15}[kind]
-    robot.call("NaoHil", "show", kind, "it", [x + 0.5, y + 0.1, z], size)
-    robot.run(1.0)
-    assert robot.call(service, "getPosition") == pytest.approx([0.5, 0.1, 0.0], abs=0.02)
-    assert robot.call(service, "isNewData") and robot.angle("HeadYaw") == pytest.approx(0.2, abs=0.03)
-    robot.call(service, "stopTracker")
-    assert robot.call(service, "isActive") is False
-
-
 def test_an_animation_of_the_vendor_is_a_gesture_and_said_once(
     robot: Robot, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -250,16 +206,3 @@ def test_an_animation_of_the_vendor_is_a_gesture_and_said_once(
     assert caplog.text.count("a gesture of nao-hil") == 1
     with pytest.raises(NaoqiRefused, match="'my-dance' is not installed"):
         robot.call("ALBehaviorManager", "runBehavior", "my-dance")
-
-
-def test_a_blocking_call_takes_its_time_and_ends_where_it_was_sent(robot: Robot) -> None:
-    """Radians and seconds."""
-    robot.motion("setStiffnesses", "Head", 1.0)
-    done = robot.motion(
-        "angleInterpolation", ["HeadYaw", "HeadPitch"], [0.5, math.radians(10)], [1.0, 2.0], True
-    )
-    robot.run(1.9)
-    assert not done.done()
-    robot.run(0.2)
-    assert done.result(0.0) is None
-    assert robot.motion("getAngles", "Head", True) == pytest.approx([0.5, math.radians(10)], abs=1e-3)

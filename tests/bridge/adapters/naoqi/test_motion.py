@@ -11,7 +11,6 @@ import msgspec
 import pytest
 
 from bridge.adapters.naoqi.core.joint_motion import smooth
-from bridge.adapters.naoqi.declared import REFUSED
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import NaoqiRefused
@@ -84,13 +83,6 @@ def test_largest_speeds_are_the_vendors(standing: Callable[..., SensorFrame]) ->
         assert robot.motion("getLimits", joint)[0][2] == pytest.approx(speed, rel=5e-3)
 
 
-def test_angles_beyond_the_range_are_clipped(robot: Robot) -> None:
-    """HeadYaw +-2.0857 (vendor's joint table)."""
-    robot.motion("setAngles", "HeadYaw", 3.0, 1.0)
-    robot.run(1.0)
-    assert robot.angle("HeadYaw") == pytest.approx(2.0857, abs=1e-3)
-
-
 def test_an_interpolation_passes_each_angle_at_its_time_and_waits_for_the_end(robot: Robot) -> None:
     done: Future[Any] = robot.motion(
         "angleInterpolation", ["HeadYaw", "HeadPitch"], [[0.5, -0.2], 0.3], [[0.5, 1.0], 0.7], True
@@ -102,14 +94,6 @@ def test_an_interpolation_passes_each_angle_at_its_time_and_waits_for_the_end(ro
     robot.run(0.03)
     assert done.done()
     assert robot.angle("HeadYaw") == pytest.approx(-0.2, abs=1e-3)
-
-
-def test_a_relative_interpolation_counts_from_the_command(robot: Robot) -> None:
-    robot.motion("setAngles", "HeadYaw", 0.4, 1.0)
-    robot.run(0.5)
-    robot.motion("angleInterpolation", "HeadYaw", 0.2, 0.3, False)
-    robot.run(0.5)
-    assert robot.angle("HeadYaw") == pytest.approx(0.6, abs=2e-3)
 
 
 def test_a_smooth_way_rests_at_both_ends_and_never_overshoots() -> None:
@@ -125,15 +109,6 @@ def test_a_smooth_way_rests_at_both_ends_and_never_overshoots() -> None:
     assert values[-1] - values[-2] < 1.5 * 3.0 * (0.02 / 1.5) ** 2
 
 
-def test_with_speed_all_joints_arrive_with_the_slowest(robot: Robot) -> None:
-    done = robot.motion("angleInterpolationWithSpeed", ["HeadYaw", "HeadPitch"], [1.0, 0.1], 0.2)
-    seconds = 1.0 / (0.2 * robot.motion("getLimits", "HeadYaw")[0][2])
-    robot.run(seconds - 0.02)
-    assert not done.done()
-    robot.run(0.05)
-    assert done.done()
-
-
 def test_a_limp_joint_reads_its_sensor_and_is_held_where_it_is_when_it_stiffens(robot: Robot) -> None:
     robot.motion("setStiffnesses", "Head", 0.0)
     robot.run(0.02)
@@ -144,14 +119,6 @@ def test_a_limp_joint_reads_its_sensor_and_is_held_where_it_is_when_it_stiffens(
     assert robot.motion("getAngles", "HeadYaw", False) == [0.7]
     robot.motion("setStiffnesses", "Head", 1.0)
     assert robot.run(0.05)[-1][INDEX["HeadYaw"]] == pytest.approx(0.7, abs=1e-3)
-
-
-def test_both_hips_are_one_motor_and_the_left_one_wins(robot: Robot) -> None:
-    robot.motion("setAngles", ["LHipYawPitch", "RHipYawPitch"], [-0.2, -0.4], 1.0)
-    robot.run(0.5)
-    assert robot.motion("getAngles", ["LHipYawPitch", "RHipYawPitch"], True) == pytest.approx(
-        [-0.2] * 2, abs=1e-3
-    )
 
 
 def test_resting_crouches_and_waking_stands_up(robot: Robot) -> None:
@@ -180,19 +147,6 @@ def test_a_posture_is_reached_joint_by_joint(robot: Robot, posture: str) -> None
         assert robot.angle(joint) == pytest.approx(POSTURES[posture][INDEX[joint]], abs=5e-3), joint
 
 
-def test_a_body_without_a_motion_for_the_way_is_refused(standing: Callable[..., SensorFrame]) -> None:
-    robot = Robot(standing(angle=(0.0, -1.5)), "nao-v3.2")
-    with pytest.raises(NaoqiRefused, match=r"nao-v3\.2"):
-        robot.call("ALRobotPosture", "goToPosture", "Sit", 0.5)
-
-
-def test_a_robot_sits_down_by_the_motion_and_says_so(standing: Callable[..., SensorFrame]) -> None:
-    robot = Robot(standing(), "nao-v6")
-    done = robot.call("ALRobotPosture", "goToPosture", "SitRelax", 0.8)
-    assert robot.wait(done, 20.0) is True
-    assert robot.call("ALRobotPosture", "getPosture") == "SitRelax"
-
-
 def test_lying_down_is_no_fall_and_its_result_is_where_the_torso_is(
     standing: Callable[..., SensorFrame],
 ) -> None:
@@ -215,21 +169,6 @@ def test_stopping_ends_motions_and_the_calls_that_wait_for_them(robot: Robot) ->
     assert robot.angle("HeadYaw") == pytest.approx(0.5, abs=0.01)
 
 
-def test_touching_the_robot_raises_events(robot: Robot) -> None:
-    robot.run(0.01, touch=(0.0, 0.0, 1.0, *[0.0] * 11))
-    assert robot.events == [("MiddleTactilTouched", 1.0), ("TouchChanged", [["Head/Touch/Middle", True]])]
-
-
-def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(robot: Robot) -> None:
-    table = robot.services.names()
-    for service, refused in REFUSED.items():
-        assert set(refused.methods) <= set(table[service])
-    with pytest.raises(NaoqiRefused, match=r"ALMotion\.animation"):
-        robot.motion("animation")
-    with pytest.raises(NaoqiRefused, match=r"'fadeRBG'.*'fadeRGB'"):
-        robot.call("ALLeds", "fadeRBG")
-
-
 @pytest.mark.parametrize(
     ("method", "arguments", "sentence"),
     [
@@ -246,15 +185,6 @@ def test_wrong_arguments_are_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(NaoqiRefused, match=sentence):
         robot.motion(method, *arguments)
-
-
-def test_a_motion_of_a_robot_that_goes_away_ends_in_a_sentence(robot: Robot) -> None:
-    waits = robot.motion("angleInterpolation", "HeadYaw", [0.5], [20.0], True)
-    robot.run(0.1)
-    assert not waits.done()
-    robot.services.abandon()
-    with pytest.raises(NaoqiRefused, match="went away"):
-        waits.result(0.0)
 
 
 @pytest.mark.parametrize("enabled", [True, False])
@@ -293,12 +223,6 @@ def test_tasks_are_listed_and_killed_by_what_they_use(standing: Callable[..., Se
     assert arm.done() and not head.done()
     assert services.call("ALMotion", "killTask", [listed[0][1]]) is True
     assert head.done() and services.call("ALMotion", "getTaskList", []) == []
-
-
-def test_the_masses_of_the_chains_are_those_of_their_links(standing: Callable[..., SensorFrame]) -> None:
-    services = Robot(standing()).services
-    mass = {name: services.call("ALMotion", "getMass", [name]) for name in ("Head", "HeadYaw", "HeadPitch")}
-    assert mass["Head"] == pytest.approx(mass["HeadYaw"] + mass["HeadPitch"])
 
 
 @pytest.mark.parametrize(("pitch", "reached"), [(0.0, True), (-1.5, False)])
@@ -352,14 +276,6 @@ def test_waking_up_and_falling_are_events(standing: Callable[..., SensorFrame]) 
         "ALMotion/Stiffness/wakeUpFinished",
         "ALMotion/RobotIsFalling",
     ]
-
-
-def test_a_robot_that_is_lifted_says_so(standing: Callable[..., SensorFrame]) -> None:
-    robot = Robot(standing(fsr=(6.0,) * 8))
-    assert robot.services.call("ALMemory", "getData", ["footContact"]) == 1.0
-    robot.run(0.1, fsr=(0.0,) * 8)
-    assert robot.services.call("ALMemory", "getData", ["footContact"]) == 0.0
-    assert robot.events == [("footContactChanged", False)]
 
 
 def test_an_interpolation_waits_for_an_earlier_one_of_its_joint(standing: Callable[..., SensorFrame]) -> None:

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from bridge.body.joints import INDEX
-from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
@@ -54,22 +53,6 @@ def test_navigate_to_walks_to_places_nearer_than_3_m(robot: Robot, walks: Walks)
     assert robot.call("ALNavigation", "navigateTo", 3.0, 0.1) is False
     assert walks.asked == [[2.0, 0.5, 0.0, []], [2.0, 0.0, 0.0, [["MaxStepFrequency", 1.0]]]]
     assert robot.call("ALNavigation", "moveTo", 0.1, 0.0, 0.0).result(0.0) is True
-
-
-@pytest.mark.parametrize(
-    ("call", "arguments"), [("ALNavigation.navigateTo", [1.0, 0.0]), ("ALVisualCompass.moveStraightTo", [1.0])]
-)
-def test_such_a_walk_has_the_conditions_of_any(robot: Robot, call: str, arguments: list[Any]) -> None:
-    robot.motion("setStiffnesses", "LLeg", 0.5)
-    robot.run(0.05)
-    with pytest.raises(NaoqiRefused, match=f"{call}: the stiffness of LHipYawPitch"):
-        robot.call(*call.split("."), *arguments)
-
-
-@pytest.mark.parametrize("call", ["move", "moveToward"])
-def test_a_walk_without_all_three_numbers_is_refused_in_a_sentence(robot: Robot, call: str) -> None:
-    with pytest.raises(NaoqiRefused, match=rf"ALNavigation\.{call}\b"):
-        robot.call("ALNavigation", call, 0.1, 0.0)
 
 
 def test_the_compass_turns_goes_ahead_and_turns(robot: Robot, walks: Walks) -> None:

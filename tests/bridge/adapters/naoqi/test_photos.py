@@ -52,30 +52,6 @@ def test_a_picture_is_the_file_that_is_named(robot: Robot, tmp_path: Path) -> No
     robot.wait(robot.call("ALPhotoCapture", "takePicture", "/home/nao/", "one.png"))
 
 
-def test_pictures_of_a_series_are_numbered_and_as_far_apart_as_was_set(robot: Robot, tmp_path: Path) -> None:
-    robot.call("ALPhotoCapture", "setCaptureInterval", 500)
-    done = robot.call("ALPhotoCapture", "takePictures", 3, "/home/nao", "image")
-    robot.run(0.9)
-    assert not done.done()
-    names = [str(tmp_path / f"image_{i}.jpg") for i in range(3)]
-    assert robot.wait(done) == [names]
-    assert sorted(map(str, tmp_path.iterdir())) == names
-
-
-def test_a_film_has_as_many_pictures_as_its_rate_and_its_time_give(robot: Robot, tmp_path: Path) -> None:
-    robot.call("ALVideoRecorder", "setFrameRate", 10)
-    robot.call("ALVideoRecorder", "startRecording", "/home/nao", "film")
-    assert robot.call("ALVideoRecorder", "isRecording") is True
-    with pytest.raises(NaoqiRefused, match="is being recorded"):
-        robot.call("ALVideoRecorder", "startRecording", "/home/nao", "other")
-    robot.run(2.05)
-    count, path = robot.call("ALVideoRecorder", "stopRecording").result(10.0)
-    assert (count, path) == (21, str(tmp_path / "film.avi"))
-    assert robot.call("ALVideoRecorder", "isRecording") is False
-    with pytest.raises(NaoqiRefused, match="already"):
-        robot.call("ALVideoRecorder", "startRecording", "/home/nao", "film.avi", False)
-
-
 def chunks(data: bytes) -> list[tuple[bytes, bytes]]:
     """Names and contents of the chunks of a RIFF file; each begins at an even place."""
     if not data:

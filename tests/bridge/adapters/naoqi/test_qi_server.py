@@ -15,7 +15,7 @@ import pytest
 
 from bridge.adapters.naoqi.qi_connection import Message
 from bridge.adapters.naoqi.qi_server import QiServer
-from bridge.errors import LinkError, NaoqiRefused
+from bridge.errors import NaoqiRefused
 from tests.loops import TIMEOUT, until
 from tests.ports import free_port
 
@@ -169,16 +169,6 @@ def test_a_module_that_is_registered_after_its_subscription_is_called(served: Se
     assert heard == [("event", 1, "")]
 
 
-def test_a_program_that_is_gone_has_no_services(served: Served) -> None:
-    other = qi.Session()
-    other.connect(f"tcp://127.0.0.1:{served.port}")
-    other.registerService("Short", type("Short", (), {"on": lambda self: None})())
-    names = lambda: [service["name"] for service in served.session.services()]  # noqa: E731
-    assert "Short" in names()
-    other.close()
-    until(lambda: "Short" not in names(), "its end")
-
-
 def test_log_manager_tells_the_servers_log(served: Served) -> None:
     """A ROS driver asks for its listener when it starts, and splits `source` at colons."""
     heard: list[Any] = []
@@ -193,13 +183,6 @@ def test_log_manager_tells_the_servers_log(served: Served) -> None:
     assert heard[0]["message"] == "the robot is gone"
     assert heard[0]["level"] == {"level": 3}
     assert len(heard[0]["source"].split(":")) == 3
-
-
-def test_a_taken_port_is_named() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with pytest.raises(LinkError, match=f"Cannot listen on tcp://127.0.0.1:{port}: "):
-            QiServer(f"tcp://127.0.0.1:{port}", SERVICES, call)
 
 
 def test_an_old_client_that_does_not_authenticate_is_told_the_capabilities_and_answered(served: Served) -> None:

@@ -43,10 +43,6 @@ def test_a_picture_is_a_raw_value_and_its_angles_have_32_bits() -> None:
     assert sent == b"\3\0\0\0[m]\6\0\0\0" + b"".join(b"\1\0\0\0" + part for part in parts)
 
 
-def test_a_time_of_day_keeps_its_milliseconds() -> None:
-    assert decode("m", encode("m", 1795738847.125)) == 1795738847.125
-
-
 plain = st.none() | st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.text(max_size=9) | st.floats(width=32)
 values = st.recursive(
     plain, lambda v: st.lists(v, max_size=4) | st.dictionaries(st.text(max_size=3), v, max_size=3)

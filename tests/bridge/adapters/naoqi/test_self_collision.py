@@ -13,7 +13,6 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree
 from bridge.body.postures import POSTURES
-from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
@@ -82,8 +81,3 @@ def test_the_vendors_postures_are_clear(body: str) -> None:
     clearance = ArmClearance(sheet, BodyTree(sheet).link_frames)
     for position in POSTURES.values():
         assert all(clearance.of(arm, position) >= 0.9 * ARM_MARGIN for arm in ("LArm", "RArm"))
-
-
-def test_other_chains_are_refused(robot: Robot) -> None:
-    with pytest.raises(NaoqiRefused, match="'LLeg'"):
-        robot.motion("setCollisionProtectionEnabled", "LLeg", True)

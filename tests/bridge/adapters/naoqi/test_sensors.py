@@ -15,7 +15,6 @@ from bridge.adapters.naoqi.real_robot import FrameReader
 from bridge.body import load_body
 from bridge.body.joints import INDEX, N_JOINTS
 from bridge.body.joints import JOINTS as JOINT_NAMES
-from bridge.errors import LinkError
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 from tests.frames import standing_frame
@@ -44,13 +43,6 @@ def test_every_published_key_has_a_value(memory_of: MemoryOf) -> None:
     both = memory_of("nao-v5"), memory_of("nao-v4")
     assert len(KEYS) > 310
     assert [key for key in KEYS if all(memory.get_list([key]) == [None] for memory in both)] == []
-
-
-def test_an_h21_has_neither_wrists_nor_hands(memory_of: MemoryOf) -> None:
-    memory = memory_of("nao-v3")
-    assert memory.get_list(
-        [f"{PREFIX}LHand/Position/Sensor/Value", f"{PREFIX}RWristYaw/Position/Sensor/Value"]
-    ) == [None, None]
 
 
 def test_forces_are_kilograms_and_sum_to_the_total_weight(memory_of: MemoryOf) -> None:
@@ -103,40 +95,6 @@ def test_what_is_written_out_reads_back_as_the_same_frame(body: str, old: bool, 
         assert value == pytest.approx(getattr(frame, name), abs=1e-4), name
 
 
-def test_a_robot_without_an_angle_of_a_joint_is_not_bridged() -> None:
-    reader = FrameReader(load_body("nao-v5"))
-    values = [0.0] * len(reader.keys)
-    values[3] = None
-    with pytest.raises(LinkError, match="no angle of LShoulderPitch"):
-        reader.fields(values)
-
-
-PARTS = ("Body/Device/LeftArm", "Body/Device/RightArm", "Body/Device/Hand/Left", "Body", "Body/Device/Legs")
-
-
-def test_it_finds_versions_and_configuration() -> None:
-    robot = Robot(standing_frame(), "nao-v6")
-    values = robot.call("ALMemory", "getListData", [f"RobotConfig/{part}/Version" for part in PARTS])
-    assert all(isinstance(value, str) for value in values)
-    assert robot.call("ALRobotModel", "_getConfigMap")["RobotConfig/Head/Device/Micro/Version"] == "2"
-    assert robot.call("ALRobotModel", "_getMicrophoneConfig") == 2
-    assert len(robot.call("ALSystem", "systemVersion").split(".")) == 4
-    assert robot.call("ALTouch", "exit") is None
-    assert robot.call("ALSpeechRecognition", "_enableFreeSpeechToText") is None
-
-
-def test_each_joint_has_temperature_and_stiffness_under_its_own_name() -> None:
-    robot = Robot(standing_frame(), "nao-v6")
-    joints = robot.call("ALMotion", "getBodyNames", "JointActuators")
-    assert "RHipYawPitch" in joints
-    for key in ("Temperature/Sensor/Value", "Hardness/Actuator/Value", "Position/Sensor/Value"):
-        values = robot.call(
-            "ALMemory", "getListData", [f"Device/SubDeviceList/{joint}/{key}" for joint in joints]
-        )
-        assert None not in values
-        assert values[joints.index("RHipYawPitch")] == values[joints.index("LHipYawPitch")]
-
-
 def test_velocities_are_differences_of_angles() -> None:
     robot = Robot(standing_frame(), "nao-v6")
     robot.call("ALMotion", "setAngles", "HeadYaw", 1.0, 0.2)
@@ -146,20 +104,6 @@ def test_velocities_are_differences_of_angles() -> None:
     assert measured == pytest.approx((last - before) / 0.01)
     assert measured > 0.5
     assert robot.call("ALMemory", "getData", "Motion/Position/Sensor/HeadYaw") == pytest.approx(last)
-
-
-def test_each_joint_of_the_body_has_a_velocity_and_a_torque_hands_too() -> None:
-    """A ROS driver reads both of each joint of `Body`; the opening hand moves by its share of the stroke."""
-    robot = Robot(standing_frame(), "nao-v5")
-    robot.call("ALMotion", "setAngles", "LHand", 1.0, 0.2)
-    before, *_, last = (positions[INDEX["LHand"]] for positions in robot.run(0.1)[-2:])
-    robot.run(0.01)
-    for joint in robot.call("ALMotion", "getBodyNames", "Body"):
-        keys = [f"Motion/{quantity}/Sensor/{joint}" for quantity in ("Velocity", "Torque")]
-        assert all(isinstance(value, float) for value in robot.call("ALMemory", "getListData", keys))
-    measured = robot.call("ALMemory", "getData", "Motion/Velocity/Sensor/LHand")
-    assert measured == pytest.approx((last - before) / 0.01)
-    assert measured > 0.1
 
 
 def test_a_stalled_motor_has_its_stall_torque() -> None:

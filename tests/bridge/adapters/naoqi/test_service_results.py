@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-import wave
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
@@ -61,17 +60,11 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ),
         ("ALMotion.getMotionCycleTime", [], lambda v: v == 20),
         ("ALMotion.getTaskList", [], lambda v: v == []),
-        ("ALMotion.robotIsWakeUp", [], is_a(bool)),
-        ("ALMotion.getSmartStiffnessEnabled", [], is_a(bool)),
-        ("ALMotion.getBreathEnabled", ["Arms"], is_a(bool)),
-        ("ALMotion.setCollisionProtectionEnabled", ["Arms", True], is_a(bool)),
         ("ALRobotPosture.getPosture", [], lambda v: v == "StandInit"),
         ("ALRobotPosture.getPostureFamilyList", [], lambda v: len(v) == 12 and "Crouching" in v),
         ("ALMotion.isCollision", ["LArm"], lambda v: v == "none"),
-        ("ALSoundDetection.subscribe", ["me", 500, 0.5], is_a(type(None))),
         ("ALMemory.getData", ["SoundDetected", 0], lambda v: v == []),
         ("ALAudioDevice.getFrontMicEnergy", [], lambda v: v == 0.0),
-        ("ALAnimatedSpeech.addTagsToWords", [{"hello": ["hey"]}], is_a(type(None))),
         ("ALVideoDevice.getParam", [18], lambda v: v == 0),
         ("ALMemory.getData", ["Device/SubDeviceList/InertialSensor/AccZ/Sensor/Value"], is_a(float)),
         ("ALRobotPosture.getPostureList", [], lambda v: NAMES(v) and "Sit" in v),
@@ -79,7 +72,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALTextToSpeech.getAvailableLanguages", [], lambda v: NAMES(v) and "French" in v),
         ("ALTextToSpeech.getVolume", [], lambda v: v == 1.0),
         ("ALTextToSpeech.getParameter", ["speed"], lambda v: v == 100.0),
-        ("ALTextToSpeech.getVoice", [], is_a(str)),
         ("ALAnimatedSpeech.getBodyLanguageMode", [], lambda v: v == 2),
         ("ALAnimatedSpeech.getBodyLanguageModeToStr", [], lambda v: v == "contextual"),
         ("ALMemory.getDataList", ["Battery/"], lambda v: NAMES(v) and len(v) >= 4),
@@ -88,13 +80,11 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
             ["DCM/Time"],
             lambda v: len(v) == 3 and v[1] > 1_600_000_000 and v[2] < 1_000_000,
         ),
-        ("ALMemory.getData", ["robotIsWakeUp"], is_a(bool)),
         ("ALMemory.getData", ["footContact"], lambda v: v == 1.0),
         ("ALMemory.getData", ["leftFootTotalWeight"], lambda v: v == pytest.approx(2.0)),
         ("ALMemory.getData", ["WordRecognized"], lambda v: v[0] == "" and v[1] < 0.0),
         ("ALMemory.getData", ["FaceDetected"], lambda v: v == []),
         ("ALMemory.getData", ["BatteryChargeChanged"], lambda v: v == 90),
-        ("ALMemory.getData", ["BatteryPowerPluggedChanged"], is_a(bool)),
         ("ALMemory.getData", ["PostureFamilyChanged"], lambda v: v == "Standing"),
         ("ALMemory.getData", ["TouchChanged"], lambda v: v == []),
         ("ALMemory.getEventList", [], lambda v: {"FrontTactilTouched", "SonarLeftDetected"} <= set(v)),
@@ -117,7 +107,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALSystem.robotName", [], lambda v: v == "nao"),
         ("ALAutonomousLife.getState", [], lambda v: v == "disabled"),
         ("ALMemory.getData", ["AutonomousLife/State"], lambda v: v == "disabled"),
-        ("ALFaceDetection.enableTracking", [True], is_a(type(None))),
         ("ALLeds.listGroup", ["FaceLedsRightTop"], lambda v: len(v) == 6),
         ("ALLeds.listGroup", ["LeftEarLedsBack"], lambda v: len(v) == 5),
         ("ALBasicAwareness.isEnabled", [], lambda v: v is False),
@@ -138,7 +127,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
             lambda v: v == pytest.approx([0.5, 0.5]),
         ),
         ("ALVideoDevice.getParameter", [0, 99], lambda v: v == 233493508),
-        ("ALVideoDevice.setParameter", [0, 11, 0], is_a(bool)),
         ("ALTracker.getTargetPosition", [0], lambda v: v == []),
         ("ALTracker.getSupportedTargets", [], lambda v: NAMES(v) and "RedBall" in v),
         ("ALTracker.isActive", [], lambda v: v is False),
@@ -157,14 +145,11 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALConnectionManager.getTetheringEnable", ["wifi"], lambda v: v is False),
         ("ALSystem.freeMemory", [], lambda v: type(v) is int and 0 < v <= 1_000_000),  # kB
         ("ALSystem.diskFree", [True], lambda v: [type(part) for part in v[0]] == [str, str, int, int]),
-        ("ALPreferenceManager.getValue", ["app", "name"], is_a(type(None))),
         ("ALRobotModel.getConfigMap", [], lambda v: v["RobotConfig/Body/BaseVersion"] == "V50"),
         ("ALMotion.getUsage", ["getAngles"], lambda v: v == "ALMotion.getAngles(names, useSensors)"),
         ("ALMotion.getUsage", ["openHand"], lambda v: v == "ALMotion.openHand(name)"),
         ("ALDialog.getAllLoadedTopics", [], lambda v: v == []),
-        ("ALPeoplePerception.isFastModeEnabled", [], is_a(bool)),
         ("ALPeoplePerception.getMaximumDetectionRange", [], is_a(float)),
-        ("ALFaceDetection.setResolution", [2], is_a(bool)),
         ("ALMemory.getData", ["BarcodeReader/BarcodeDetected"], lambda v: v == []),
         ("ALTextToSpeech.getAvailableVoices", [], lambda v: NAMES(v) and "naoenu" in v),
     ],
@@ -237,33 +222,6 @@ def test_a_said_text_takes_the_time_of_speech_and_raises_its_events_in_order(rob
     words = [value for name, value in robot.events if name.endswith("CurrentWord") and "Position" not in name]
     assert words == ["aaaaaa", "bbbbbb", "cccccc", "dddddd"]
     assert robot.call("ALMemory", "getData", "ALTextToSpeech/Status")[1] == "done"
-
-
-def test_a_recording_is_as_long_as_it_took(standing: Callable[..., SensorFrame], tmp_path: Path) -> None:
-    robot, path = Robot(standing(), home=tmp_path), "/home/nao/heard.wav"
-    robot.call("ALAudioRecorder", "stopMicrophonesRecording")
-    robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
-    with pytest.raises(NaoqiRefused, match="is being recorded"):
-        robot.call("ALAudioDevice", "startMicrophonesRecording", path)
-    robot.run(1.5)
-    robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
-    with wave.open(str(tmp_path / "heard.wav")) as heard:
-        assert (heard.getnchannels(), heard.getframerate(), heard.getnframes()) == (1, 16000, 24000)
-
-
-def test_a_sound_of_the_robot_s_own_is_named_by_the_call_that_plays_it(robot: Robot) -> None:
-    key = robot.call("ALAudioPlayer", "pCall", ["playFile", "/usr/share/naoqi/wav/random.wav"])
-    robot.run(1.0)
-    assert robot.call("ALAudioPlayer", "getCurrentPosition", key) == pytest.approx(1.0, abs=0.1)
-    robot.call("ALAudioPlayer", "goTo", key, 4.0)
-    assert robot.call("ALAudioPlayer", "isRunning", key) is True
-    robot.run(1.2)
-    assert robot.call("ALAudioPlayer", "isRunning", key) is False
-
-
-def test_a_crouching_robot_is_of_the_family_crouching(robot: Robot) -> None:
-    robot.wait(robot.call("ALRobotPosture", "goToPosture", "Crouch", 0.8), 20.0)
-    assert robot.call("ALRobotPosture", "getPostureFamily") == "Crouching"
 
 
 def test_a_part_rests_alone(robot: Robot) -> None:
@@ -343,27 +301,6 @@ def test_a_call_begun_with_post_is_waited_for_and_stopped_by_its_number(robot: R
     assert ended.result(0.0) is False
     assert robot.motion("isRunning", key) is False
     assert robot.angle("HeadYaw") == pytest.approx(0.5, abs=0.02)
-
-
-def test_events_of_dialogues_and_words_have_a_value_before_the_first_one(robot: Robot) -> None:
-    for event in ("Dialog/LastInput", "Dialog/Answered", "Dialog/Focus"):
-        assert robot.call("ALMemory", "getData", event) == ""
-    nothing = robot.call("ALMemory", "getData", "WordRecognized")
-    assert robot.call("ALMemory", "getData", "LastWordRecognized") == nothing
-
-
-def test_a_preference_is_kept_by_domain_and_name(robot: Robot) -> None:
-    robot.call("ALPreferenceManager", "setValue", "app", "name", "Anna")
-    assert robot.call("ALPreferenceManager", "getValue", "app", "name") == "Anna"
-    assert robot.call("ALPreferenceManager", "getValueList", "app") == [["name", "Anna"]]
-    robot.call("ALPreferenceManager", "removeDomainValues", "app")
-    assert robot.call("ALPreferenceManager", "getDomainList") == []
-
-
-def test_a_safeguard_is_switched_by_its_name(robot: Robot) -> None:
-    robot.call("ALAutonomousLife", "setSafeguardEnabled", "RobotPushed", False)
-    assert robot.call("ALAutonomousLife", "isSafeguardEnabled", "RobotPushed") is False
-    assert robot.call("ALAutonomousLife", "isSafeguardEnabled", "RobotFell") is True
 
 
 @pytest.mark.parametrize(
@@ -495,44 +432,3 @@ def test_a_large_vocabulary_and_a_long_utterance_take_no_long_time(robot: Robot)
     assert robot.call("NaoHil", "hear", "word5 " * 20_000) == ["word5"]
     assert time.process_time() - began < 2.0
     assert robot.call("NaoHil", "hear", "sword5 word55") == ["word55"]
-
-
-def test_the_words_of_a_vocabulary_s_file_are_recognized(robot: Robot, tmp_path: Path) -> None:
-    file = tmp_path / "words.lxd"
-    file.write_text(
-        '#!Language=English\n#!FSG\n<words>=alt("yes"\n"good morning"\nalt);\n<start>=alt(<words> alt);\n'
-    )
-    robot.call("ALSpeechRecognition", "loadVocabulary", str(file)).result(TIMEOUT)
-    robot.call("ALSpeechRecognition", "subscribe", "me")
-    assert robot.call("NaoHil", "hear", "Good morning") == ["good morning"]
-
-
-@pytest.mark.parametrize(
-    ("preferences", "channels", "samples"), [([], 4, 4096), ([48000, 0, 0], 4, 4096), ([16000, 3, 0], 1, 1365)]
-)
-def test_a_module_that_listens_gets_85_ms_of_silence_at_a_time(
-    robot: Robot, preferences: list[int], channels: int, samples: int
-) -> None:
-    called: list[Any] = []
-    robot.services._microphones._publish = lambda *call: called.append(call)
-    if preferences:
-        robot.call("ALAudioDevice", "setClientPreferences", "Ear", *preferences)
-    robot.call("ALAudioDevice", "subscribe", "Ear")
-    robot.run(1.0)
-    robot.call("ALAudioDevice", "unsubscribe", "Ear")
-    robot.run(0.5)
-    _, _, ((module, method, (count, length, stamp, sound)),) = called[-1]
-    assert (module, method, count, length, len(stamp)) == ("Ear", "processRemote", channels, samples, 2)
-    assert sound == bytes(2 * channels * samples)
-    assert 1000.0 / 85.3 - 1 <= len(called) <= 1000.0 / 85.3 + 13
-
-
-def test_a_posted_walk_is_stopped_by_its_number(standing: Callable[..., SensorFrame]) -> None:
-    walk: Future[Any] = Future()
-    walks = {"moveTo": lambda x, y, theta: walk, "stopMove": lambda: walk.set_result(False)}
-    robot = Robot(standing(), walks=walks)
-    key = robot.motion("pCall", ["moveTo", 1.0, 0.0, 0.0])
-    assert robot.motion("isRunning", key) is True
-    assert robot.motion("stop", key) is True
-    assert walk.done() and robot.motion("isRunning", key) is False
-    assert robot.motion("stop", key) is False

@@ -98,15 +98,3 @@ def test_somebody_is_tracked_by_the_head_and_lost(robot: Robot) -> None:
     assert raised(robot, "HumanTracked") == [person, -1]
     assert raised(robot, "PeopleLeft") == [person]
     assert robot.call("ALMemory", "getData", "PeoplePerception/PeopleList") == []
-
-
-def test_who_stops_it_tracks_nobody(robot: Robot) -> None:
-    robot.call("ALBasicAwareness", "setEnabled", True)
-    robot.run(1.0)
-    robot.call("ALBasicAwareness", "stopAwareness")
-    robot.run(1.0)
-    assert raised(robot, "HumanTracked")[-1] == -1
-    robot.call("ALBasicAwareness", "setStimulusDetectionEnabled", "People", False)
-    robot.call("ALBasicAwareness", "startAwareness")
-    robot.run(1.0)
-    assert len(raised(robot, "HumanTracked")) == 2

@@ -50,18 +50,6 @@ def test_an_arm_is_the_walk_s_again_when_its_motion_is_over(robot: Robot) -> Non
     assert "LShoulderPitch" not in order(robot)
 
 
-def test_an_arm_that_the_walk_does_not_move_stays_where_it_is_sent(robot: Robot) -> None:
-    """`setMoveArmsEnabled`: "if true, the arm's motions are controlled by the move task" (vendor's page)."""
-    assert robot.motion("getMoveArmsEnabled", "Arms") is True
-    robot.motion("setMoveArmsEnabled", False, True)
-    assert robot.motion("getWalkArmsEnabled") == [False, True]
-    robot.motion("setAngles", ["LShoulderPitch", "RShoulderPitch"], 0.5, 1.0)
-    robot.run(1.0)
-    told = order(robot)
-    assert told["LShoulderPitch"] == pytest.approx(0.5, abs=1e-3)
-    assert "RShoulderPitch" not in told
-
-
 def test_the_dcm_takes_commands_of_head_arms_and_leds_during_a_walk(robot: Robot) -> None:
     def dcm(method: str, *arguments: Any) -> Any:
         return robot.call("DCM", method, *arguments)
@@ -94,15 +82,6 @@ def test_a_walk_takes_stiff_legs_and_refuses_limp_ones(robot: Robot) -> None:
     robot.motion("setStiffnesses", "Body", 1.0)
     with pytest.raises(NaoqiRefused, match="walks"):
         robot.motion("setStiffnesses", "Body", 0.6)
-
-
-def test_a_walk_does_not_end_for_a_task_of_the_head(robot: Robot) -> None:
-    done = robot.motion("angleInterpolation", "HeadYaw", 0.5, 5.0, True)
-    ((_, number, _),) = robot.motion("getTaskList")
-    assert robot.motion("killTask", number) is True
-    assert done.result(0.0) is None
-    robot.motion("killTasksUsingResources", ["Head"])
-    robot.call("ALTracker", "lookAt", [1.0, 0.5, 0.0], 0, 0.5, False)
 
 
 def test_what_the_program_moves_is_not_held_where_it_is_measured(robot: Robot) -> None:

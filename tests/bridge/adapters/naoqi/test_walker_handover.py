@@ -175,21 +175,6 @@ def test_joints_come_back_from_a_walker_that_stands_by_for_the_next_walk(
     assert stage.did[-3:] == ["give away", "take", "walk 0.15 None"]
 
 
-def test_a_walk_is_active_while_the_robot_comes_to_its_first_step(
-    walking: WalkingMethods, stage: Stage, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The walker accepts a walk at once, also before it has brought the robot to its stand."""
-    monkeypatch.setattr(stage, "walk", lambda **_: (setattr(stage, "state", "approach"), stage.status())[1])
-    call(walking, "moveToward", 1.0, 0.0, 0.0)
-    assert call(walking, "moveIsActive") is True
-    time.sleep(0.3)
-    assert call(walking, "moveIsActive") is True
-    stage.state = "walk"
-    until(lambda: walking.handover._accepted == 0)
-    stage.state = "stand"
-    until(lambda: not call(walking, "moveIsActive"))
-
-
 def test_joints_come_back_from_a_walker_that_was_killed_when_its_lease_ends(
     walking: WalkingMethods, stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -240,33 +225,6 @@ def test_move_to_waits_for_the_end_of_the_walk(walking: WalkingMethods, stage: S
     assert stage.did[-1] == "walk 0.15 0.3"
 
 
-def test_the_way_of_earlier_walkers_counts(walking: WalkingMethods, stage: Stage) -> None:
-    call(walking, "moveInit")
-    stage.place = 0.4
-    until(lambda: call(walking, "getRobotPosition", True)[0] == 0.4)
-    walking.handover.with_joints(lambda: None, stop=False).result(PATIENT)
-    stage.place = 0.1
-    call(walking, "moveInit")
-    assert call(walking, "getRobotPosition", True) == pytest.approx([0.5, 0.0, 0.0])
-
-
-@pytest.mark.parametrize(
-    ("method", "arguments"),
-    [("moveTo", [0.1, 0.1, 0.0]), ("moveToward", [0.0, 0.0, 0.5]), ("moveTo", [[0, 0, 1]])],
-)
-def test_turning_and_sideways_are_refused_before_anything_moves(
-    walking: WalkingMethods, stage: Stage, method: str, arguments: list[Any]
-) -> None:
-    with pytest.raises(NaoqiRefused, match="straight"):
-        call(walking, method, *arguments)
-    assert stage.did == []
-
-
-def test_what_the_walker_refuses_comes_back_in_its_own_words(walking: WalkingMethods) -> None:
-    with pytest.raises(WalkRefused, match=r"0\.5"):
-        call(walking, "move", 0.5, 0.0, 0.0)
-
-
 def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage) -> None:
     ended = begin(walking, "moveTo", 0.3, 0.0, 0.0)
     until(lambda: stage.state == "walk")
@@ -298,20 +256,6 @@ def test_moves_are_fractions_of_the_vendor_s_full_speed(
     """By the vendor's page on locomotion control; 0.095 m/s, 0.062 m/s and 0.83 rad/s at most by default."""
     call(all_ways, "moveToward", *fractions, config)
     assert stage.velocity == pytest.approx(velocity)
-
-
-def test_a_move_faster_than_the_steps_allow_is_as_fast_as_they_do(
-    all_ways: WalkingMethods, stage: Stage
-) -> None:
-    call(all_ways, "move", 0.15, 0.0, -2.0)
-    assert stage.velocity == pytest.approx((0.04 / 0.42, 0.0, -0.349066 / 0.42))
-
-
-def test_a_walk_to_a_place_that_something_else_ends_is_false(all_ways: WalkingMethods, stage: Stage) -> None:
-    ended = begin(all_ways, "moveTo", 0.1, 0.0, 0.0)
-    until(lambda: stage.state == "walk")
-    call(all_ways, "stopMove")
-    assert ended.result(PATIENT) is False
 
 
 def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: WalkingMethods, stage: Stage) -> None:
@@ -372,20 +316,6 @@ def test_footsteps_of_a_walk_lead_to_its_end(all_ways: WalkingMethods, stage: St
     assert call(all_ways, "getNextRobotPosition") == call(all_ways, "getRobotPosition", False)
 
 
-def test_a_walk_ordered_during_another_counts_from_where_the_fixed_steps_of_that_one_end(
-    all_ways: WalkingMethods, stage: Stage
-) -> None:
-    """What the vendor's samples compute: from the next position to the last one is the second order."""
-    first = begin(all_ways, "moveTo", 0.2, 0.0, 0.3)
-    until(lambda: stage.state == "walk")
-    beginning = planar(*call(all_ways, "getNextRobotPosition"))
-    second = begin(all_ways, "moveTo", 0.1, 0.05, -0.2)
-    until(lambda: stage.target != (0.2, 0.0, 0.3))
-    assert np.linalg.inv(beginning) @ planar(*stage.target) == pytest.approx(planar(0.1, 0.05, -0.2), abs=1e-9)
-    stage.state = "stand"
-    assert (first.result(PATIENT), second.result(PATIENT)) == (False, True)
-
-
 @pytest.mark.parametrize("height", [0.04, "0.04"])
 def test_a_step_may_be_4_cm_high_and_numbers_may_be_text(
     all_ways: WalkingMethods, stage: Stage, height: Any
@@ -441,43 +371,6 @@ def test_values_beyond_the_limits_are_clipped_with_a_warning(
     call(all_ways, "moveToward", *given)
     assert stage.velocity == velocity
     assert "is clipped to" in caplog.text
-
-
-def test_facts_of_a_walk_are_a_bool_and_three_floats(all_ways: WalkingMethods, stage: Stage) -> None:
-    """m, m and rad; per second of the velocity."""
-    assert call(all_ways, "moveIsActive") is False
-    assert call(all_ways, "getRobotPosition", True) == call(all_ways, "getRobotVelocity") == [0.0, 0.0, 0.0]
-    call(all_ways, "move", 0.05, 0.0, 0.0)
-    stage.place = 0.25
-    until(lambda: call(all_ways, "getRobotPosition", True) == [0.25, 0.0, 0.0])
-    assert call(all_ways, "moveIsActive") is True and call(all_ways, "getRobotVelocity") == [0.15, 0.0, 0.0]
-    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\]"):
-        call(all_ways, "moveTo", [[0.1, 0.2]])
-    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\]"):
-        call(all_ways, "moveTo", 0.1, 0.0)  # no form of the vendor's
-
-
-def test_a_walk_without_an_end_goes_on_at_its_velocity(all_ways: WalkingMethods) -> None:
-    call(all_ways, "move", 0.05, 0.0, 0.0)
-    assert call(all_ways, "getNextRobotPosition") == pytest.approx([0.15 * 0.84, 0.0, 0.0])  # the walker's own
-
-
-def test_wrong_footsteps_are_refused(all_ways: WalkingMethods) -> None:
-    with pytest.raises(NaoqiRefused, match="LLeg or RLeg"):
-        call(all_ways, "setFootSteps", ["LArm"], [[0.0, 0.1, 0.0]])
-    with pytest.raises(NaoqiRefused, match="LLeg or RLeg"):
-        call(all_ways, "setFootSteps", [["LLeg"]], [[0.0, 0.1, 0.0]])
-    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\]"):
-        call(all_ways, "setFootSteps", ["LLeg"], [[0.0, 0.1]])
-
-
-def test_the_default_configuration_is_what_robots_print(all_ways: WalkingMethods) -> None:
-    names = ["MaxStepX", "MaxStepY", "MaxStepTheta", "MaxStepFrequency", "StepHeight", "TorsoWx", "TorsoWy"]
-    config = call(all_ways, "getMoveConfig", "Default")
-    assert [name for name, _ in config] == names
-    assert [value for _, value in config] == pytest.approx([0.04, 0.14, 0.349066, 1.0, 0.02, 0.0, 0.0])
-    with pytest.raises(NaoqiRefused, match="'Best'"):
-        call(all_ways, "getMoveConfig", "Best")
 
 
 def test_a_program_that_steers_is_not_held_up_and_its_newest_velocity_counts(

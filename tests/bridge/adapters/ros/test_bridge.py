@@ -142,10 +142,6 @@ def test_a_way_of_the_head_is_followed_to_its_end(bridged: Bridged) -> None:
     assert {order.joints for order in bridged.upper} == {("HeadYaw", "HeadPitch")}
 
 
-def test_the_page_is_told_who_listens(bridged: Bridged) -> None:
-    until(lambda: "ROS 2: /rviz listens to /joint_states." in bridged.notices, "the notice")
-
-
 def test_it_ends_with_its_counts_and_the_walk_stops() -> None:
     bridged = Bridged()
     until(lambda: len(bridged.states) > 20, "some states")

@@ -57,15 +57,6 @@ def test_transforms_put_each_link_where_the_kinematics_have_it() -> None:
         assert torso @ frames[link] == pytest.approx(expected, abs=1e-9), link
 
 
-def test_the_robot_stands_on_the_ground_where_its_odometry_has_it() -> None:
-    frames = placed(messages(standing_frame())["tf"].transforms)
-    soles = [frames[f"{side}AnkleRoll"] @ [0.0, 0.0, -BODY.lengths.FootHeight, 1.0] for side in "LR"]
-    assert [sole[2] for sole in soles] == pytest.approx([0.0, 0.0], abs=1e-3)
-    assert (0.5 * (soles[0] + soles[1]))[:2] == pytest.approx([1.0, 2.0])
-    left = soles[0][:2] - soles[1][:2]
-    assert math.atan2(-left[0], left[1]) == pytest.approx(0.5, abs=1e-3)
-
-
 def test_a_camera_looks_along_z_of_its_optical_frame() -> None:
     frames = placed(messages(standing_frame(position=(0.0,) * 25))["tf"].transforms)
     axis = (np.linalg.inv(frames["Torso"]) @ frames["CameraBottom_optical_frame"])[:3, 2]
@@ -89,12 +80,6 @@ def test_joint_states_have_both_hips_and_speeds() -> None:
     hips = [states.position[states.name.index(f"{side}HipYawPitch")] for side in "LR"]
     assert hips[0] == hips[1]
     assert (states.header.stamp.sec, states.header.stamp.nanosec) == (1, 500_000_000)
-
-
-def test_a_button_is_told_at_once() -> None:
-    pressed = (0.0, 1.0, *(0.0,) * 12)
-    buttons = messages(standing_frame(1), standing_frame(2, touch=pressed))["buttons"]
-    assert buttons.buttons.tolist() == [0, 1, *(0,) * 12]
 
 
 def test_a_recording_becomes_a_bag_that_rosbags_reads(tmp_path: Path) -> None:

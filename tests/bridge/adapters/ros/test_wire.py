@@ -9,7 +9,6 @@ import pytest
 import zenoh
 
 from bridge.adapters.ros.wire import Listening, RosNode
-from bridge.errors import ConfigurationError
 from bridge.link.session import open_robot, try_client
 from tests.loops import until
 from tests.ports import free_endpoint
@@ -140,18 +139,3 @@ def test_another_domain_hears_nothing(graph: Graph) -> None:
     assert heard == []
     node.close()
     other.close()
-
-
-def test_humble_has_no_hashes(graph: Graph) -> None:
-    node = graph.node(distro="humble")
-    node.publisher("cmd_vel", "geometry_msgs/msg/Twist").publish(twist(node, 1.0))
-    until(lambda: graph.samples, "the message")
-    assert str(graph.samples[0].key_expr) == "0/cmd_vel/geometry_msgs::msg::dds_::Twist_/TypeHashNotSupported"
-    node.close()
-
-
-@pytest.mark.parametrize(("options", "fault"), [({"domain": 233}, "0 to 232"), ({"distro": "jazy"}, "jazzy")])
-def test_a_domain_or_distribution_that_there_is_not_is_refused(options: dict[str, Any], fault: str) -> None:
-    nothing: Any = None
-    with pytest.raises(ConfigurationError, match=fault):
-        RosNode(nothing, "nao", **options)

@@ -42,14 +42,14 @@ class DynamicState:
     """State of the gait, in the walk frame, m and s."""
 
     left: SolePose
-    """Of the left sole, or its last one before the swing under way."""
+    """Pose of the left sole, or its last one before the swing under way."""
     right: SolePose
     landing: SolePose
     """Pose at the end of the swing under way."""
     stance: Side
     """The foot of the single support under way, or of the next one."""
     tau: tuple[float, float] = (0.0, 0.0)
-    """Of the single support under way: where on the pendulum's orbit it begins and ends."""
+    """Orbit times of the single support under way: where on the pendulum's orbit it begins and ends."""
     phase: Phase = "stand"
     t: float = 0.0
     """Since the beginning of the phase."""

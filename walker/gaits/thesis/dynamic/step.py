@@ -95,7 +95,7 @@ class StepPlan:
     S_b: float
     """Way along x in double support, m."""
     e_su: float
-    """m"""
+    """Distance of the centre of mass from the x axis where double support begins and ends, m."""
 
     @property
     def length(self) -> float:

@@ -56,7 +56,7 @@ class StaticState:
     """State of the gait, in the walk frame, m and s."""
 
     left: SolePose
-    """Of the left sole, or its last one before the swing under way."""
+    """Pose of the left sole, or its last one before the swing under way."""
     right: SolePose
     swing: Side
     """The foot of the swing under way, or of the next one."""

@@ -8,12 +8,17 @@ import sys
 import tempfile
 from array import array
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from bridge.types import Array
 from emulator.timing import CycleTimer
+from tests.loops import repeat_while
+
+MAX_CYCLES: Final = 1_000_000
+"""Cycles after which it ends without its parent, too."""
 
 
 class BareLoop:
@@ -26,8 +31,8 @@ class BareLoop:
     def __enter__(self) -> BareLoop:
         self._folder = tempfile.TemporaryDirectory()
         self._file = Path(self._folder.name) / "lateness.npy"
-        command = [sys.executable, "-m", "nao_hil.runs.bare_loop", str(self._file)]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
+        command = [sys.executable, "-m", "tests.bare_loop", str(self._file)]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, cwd=Path(__file__).parents[1])
         assert self._process.stdout is not None
         self._process.stdout.readline()  # it begins
         return self
@@ -48,7 +53,7 @@ def main() -> None:
     quiet_process(ROBOT_PRIORITY)
     print("begins", flush=True)
     timer.restart()
-    while not ended:
+    for _ in repeat_while(lambda: not ended, MAX_CYCLES):
         late.append(timer.wait())
     np.save(sys.argv[1], np.array(late))
 
