@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import random
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+import numpy as np
+import zenoh
 
 import nao_hil
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.guard import Guard
-from bridge.link import RobotLink
-from bridge.link.client import WorldClient
-from bridge.messages import SensorFrame
+from bridge.link import RobotLink, keys
+from bridge.link.client import GuardClient, WorldClient
+from bridge.link.session import open_client
+from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.world import Reset
 from emulator.engine.settings import SETTINGS
 from emulator.process import RobotSide, WorldProcess
@@ -108,7 +113,10 @@ def test_robots_in_real_time_take_the_commands_of_their_name_and_begin_again_tog
             turn_heads(endpoint, waits=False)
             with WorldClient("nao2", endpoint) as client:
                 client.send(Reset())
-            until(lambda: max(robot.seq for robot in robots) < 50, "the world to begin again")
+                until(lambda: max(robot.seq for robot in robots) < 50, "the world to begin again")
+                until(lambda: min(robot.seq for robot in robots) > 50, "the world to go on")
+                client.send(Reset(scope="robot"))
+                assert robots[1].seq < 50 < robots[0].seq
         finally:
             stop.set()
             thread.join(TIMEOUT)
@@ -122,3 +130,83 @@ def test_a_world_file_lists_unlike_robots_and_an_unlike_cycle_is_refused(start: 
     command = start("emulate", "--world", str(file), "--listen", free_endpoint(), "--out", str(tmp_path / "o"))
     assert command.wait() == 2
     assert "robots of one cycle share a world" in command.stderr
+
+
+JOINTS: Final = {"red": "HeadYaw", "blue": "LWristYaw", "green": "RWristYaw"}
+"""The joint that each robot is told to turn; a limp arm or head leaves them at 0."""
+PATTERN = """
+import math, sys
+import nao_hil
+from bridge.body.joints import INDEX
+endpoint, name, joint = sys.argv[1:]
+with nao_hil.connect(endpoint, robot=name, timeout=60.0) as robot:
+    position = list(robot.first_target)
+    while True:
+        position[INDEX[joint]] = 0.6 + 0.2 * math.sin(5.0 * robot.frame.time)
+        robot.step(position)
+"""
+
+
+def world_of_three(folder: Path) -> Path:
+    """Unlike robots that hang: commands that cross are seen, and none falls."""
+    file = folder / "game.toml"
+    file.write_text(
+        "".join(
+            f'[[robots]]\nname = "{name}"\nrobot = "nao-v6"\nwear = "{wear}"\nseed = {i}\n'
+            f'start = "hang"\nat = [{float(i)}, 0.0]\n'
+            for i, (name, wear) in enumerate(zip(JOINTS, ("ideal", "nominal", "worn"), strict=True))
+        )
+    )
+    return file
+
+
+def test_commands_never_cross_while_clients_are_killed_and_doubled_and_frames_copied(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    """All that is sent to one robot is sent to the others too, and twice to itself."""
+    chance, out = random.Random(3), tmp_path / "run"
+    emulate = ("emulate", "--world", str(world_of_three(tmp_path)), "--engine", "mujoco", "--listen", endpoint)
+    command = start(*emulate, "--out", str(out), "--json")
+
+    def client(name: str) -> Any:
+        return start(endpoint, name, JOINTS[name], script=PATTERN)
+
+    with ExitStack() as opened:
+        guards = {name: opened.enter_context(GuardClient(name, endpoint, TIMEOUT)) for name in JOINTS}
+        session = opened.enter_context(open_client(endpoint))
+        copied = 0
+
+        def copy(sample: zenoh.Sample) -> None:
+            nonlocal copied
+            payload, seal = sample.payload.to_bytes(), sample.attachment
+            if copied < 20_000 and seal is not None and seal.to_bytes() not in seals:
+                seals.add(seal.to_bytes())
+                copied += 1
+                for name in JOINTS:
+                    session.put(keys.topic_key(name, ActuatorFrame), payload, attachment=seal.to_bytes())
+
+        seals: set[bytes] = set()
+        opened.enter_context(session.declare_subscriber(keys.topic_key("*", ActuatorFrame), copy))
+        until(lambda: all(guard.status().state == "idle" for guard in guards.values()), "the robots")
+        clients = {name: client(name) for name in JOINTS}
+        for _ in range(4):
+            until(lambda: all(guard.holder() for guard in guards.values()), "a holder of each robot")
+            until(lambda: {guard.status().state for guard in guards.values()} == {"active"}, "their commands")
+            victim, doubled = chance.sample(list(JOINTS), 2)
+            second = client(doubled)  # the lease is taken: it ends with a sentence
+            until(lambda: second.process.poll() is not None, "the end of the second client")  # noqa: B023
+            assert "LeaseRefused" in second.stderr
+            clients[victim].kill()
+            clients[victim] = client(victim)
+        until(lambda: {guard.status().state for guard in guards.values()} == {"active"}, "their commands")
+        for each in clients.values():
+            each.kill()
+    command.interrupt()
+    assert copied > 1000
+    for name, joint in JOINTS.items():
+        assert command.result["robots"][name]["commands_refused"] > 1000
+        sensors = nao_hil.load(out / name)["sensors"]
+        position = sensors["position"]
+        assert position[:, INDEX[joint]].max() > 0.6
+        others = [INDEX[other] for other in JOINTS.values() if other != joint]
+        assert np.abs(position[:, others]).max() < 0.15
