@@ -20,6 +20,7 @@ from bridge.messages.world import Status
 from tests.loops import TIMEOUT, repeat_while, until
 from tests.ports import free_port
 from tests.system.test_lola_service import Client, pack
+from tests.system.test_worlds import until_there
 
 Start = Callable[..., Any]
 HEAD = INDEX["HeadYaw"]
@@ -35,8 +36,7 @@ def pair(start: Start, endpoint: str, tmp_path: Path) -> str:
     """Two V6 that hang, in real time; the endpoint of their link."""
     settings = ("--robot", "nao-v6", "--start", "hang", "--engine", "mujoco", "--robots", "2")
     start("emulate", *settings, "--listen", endpoint, "--out", str(tmp_path / "run"))
-    with GuardClient("nao2", endpoint, TIMEOUT) as guard:
-        until(lambda: guard.status().state == "idle", "the robots")
+    until_there(endpoint, len(ANGLES))
     return endpoint
 
 
@@ -89,6 +89,8 @@ def test_each_robot_has_a_lola_socket(start: Start, pair: str, tmp_path: Path) -
         return abs(float(read["Position"][0]) - ANGLES[name]) < 0.1
 
     until(lambda: all([turned(name) for name in ANGLES]), "both heads")
+    for client in clients.values():
+        client.socket.close()
     served.interrupt()
     assert {name: result["clients"] for name, result in served.result["robots"].items()} == {
         "nao1": 1,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import random
 import threading
 from collections.abc import Callable
@@ -15,9 +17,10 @@ import zenoh
 import nao_hil
 from bridge.body import load_body
 from bridge.body.joints import INDEX
+from bridge.errors import RobotSilent
 from bridge.guard import Guard
 from bridge.link import RobotLink, keys
-from bridge.link.client import GuardClient, WorldClient
+from bridge.link.client import GuardClient, WorldClient, link_robots
 from bridge.link.session import open_client
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.world import Reset
@@ -147,6 +150,17 @@ with nao_hil.connect(endpoint, robot=name, timeout=60.0) as robot:
 """
 
 
+def until_there(endpoint: str, count: int) -> None:
+    """Wait for so many robots of a link."""
+
+    def there() -> bool:
+        with contextlib.suppress(RobotSilent):
+            return len(link_robots(endpoint, 0.0)) == count
+        return False
+
+    until(there, "the robots")
+
+
 def world_of_three(folder: Path) -> Path:
     """Unlike robots that hang: commands that cross are seen, and none falls."""
     file = folder / "game.toml"
@@ -154,7 +168,7 @@ def world_of_three(folder: Path) -> Path:
         "".join(
             f'[[robots]]\nname = "{name}"\nrobot = "nao-v6"\nwear = "{wear}"\nseed = {i}\n'
             f'start = "hang"\nat = [{float(i)}, 0.0]\n'
-            for i, (name, wear) in enumerate(zip(JOINTS, ("ideal", "nominal", "worn"), strict=True))
+            for i, (name, wear) in enumerate(zip(JOINTS, ("nominal", "worn", "ensemble:1"), strict=True))
         )
     )
     return file
@@ -163,7 +177,7 @@ def world_of_three(folder: Path) -> Path:
 def test_commands_never_cross_while_clients_are_killed_and_doubled_and_frames_copied(
     start: Start, endpoint: str, tmp_path: Path
 ) -> None:
-    """All that is sent to one robot is sent to the others too, and twice to itself."""
+    """Frames sent to one robot are sent to the others too, and again to itself."""
     chance, out = random.Random(3), tmp_path / "run"
     emulate = ("emulate", "--world", str(world_of_three(tmp_path)), "--engine", "mujoco", "--listen", endpoint)
     command = start(*emulate, "--out", str(out), "--json")
@@ -171,42 +185,51 @@ def test_commands_never_cross_while_clients_are_killed_and_doubled_and_frames_co
     def client(name: str) -> Any:
         return start(endpoint, name, JOINTS[name], script=PATTERN)
 
+    until_there(endpoint, len(JOINTS))
     with ExitStack() as opened:
-        guards = {name: opened.enter_context(GuardClient(name, endpoint, TIMEOUT)) for name in JOINTS}
+        guards = [opened.enter_context(GuardClient(name, endpoint, TIMEOUT)) for name in JOINTS]
         session = opened.enter_context(open_client(endpoint))
-        copied = 0
 
         def copy(sample: zenoh.Sample) -> None:
-            nonlocal copied
-            payload, seal = sample.payload.to_bytes(), sample.attachment
-            if copied < 20_000 and seal is not None and seal.to_bytes() not in seals:
-                seals.add(seal.to_bytes())
-                copied += 1
-                for name in JOINTS:
-                    session.put(keys.topic_key(name, ActuatorFrame), payload, attachment=seal.to_bytes())
+            seal = sample.attachment.to_bytes() if sample.attachment else b""
+            if seal in seals or next(count) % 5:  # a copy itself, or one too many for a busy machine
+                return
+            seals.add(seal)
+            for name in JOINTS:
+                session.put(keys.topic_key(name, ActuatorFrame), sample.payload.to_bytes(), attachment=seal)
 
-        seals: set[bytes] = set()
+        def active() -> bool:
+            with contextlib.suppress(RobotSilent):  # by a machine without time for it
+                return {guard.status().state for guard in guards} == {"active"}
+            return False
+
+        seals, count = set[bytes](), itertools.count()
         opened.enter_context(session.declare_subscriber(keys.topic_key("*", ActuatorFrame), copy))
-        until(lambda: all(guard.status().state == "idle" for guard in guards.values()), "the robots")
         clients = {name: client(name) for name in JOINTS}
         for _ in range(4):
-            until(lambda: all(guard.holder() for guard in guards.values()), "a holder of each robot")
-            until(lambda: {guard.status().state for guard in guards.values()} == {"active"}, "their commands")
+            until(active, "commands to each robot")
             victim, doubled = chance.sample(list(JOINTS), 2)
-            second = client(doubled)  # the lease is taken: it ends with a sentence
-            until(lambda: second.process.poll() is not None, "the end of the second client")  # noqa: B023
-            assert "LeaseRefused" in second.stderr
+            pair = [client(doubled), clients[doubled]]
+            until(lambda: any(each.process.poll() is not None for each in pair), "the end of one of two")  # noqa: B023
+            (ended,) = [each for each in pair if each.process.poll() is not None]
+            # the second one, unless a starved first one was silent for so long that it lost the robot
+            assert "LeaseRefused" in ended.stderr or "RobotSilent" in ended.stderr
+            clients[doubled] = next(each for each in pair if each is not ended)
             clients[victim].kill()
             clients[victim] = client(victim)
-        until(lambda: {guard.status().state for guard in guards.values()} == {"active"}, "their commands")
+        until(active, "commands to each robot")
         for each in clients.values():
             each.kill()
     command.interrupt()
-    assert copied > 1000
     for name, joint in JOINTS.items():
-        assert command.result["robots"][name]["commands_refused"] > 1000
-        sensors = nao_hil.load(out / name)["sensors"]
-        position = sensors["position"]
-        assert position[:, INDEX[joint]].max() > 0.6
+        assert command.result["robots"][name]["commands_refused"] > 100
+        run = nao_hil.load(out / name)
+        measured, commands = run["sensors"]["position"], run["actuators"]
         others = [INDEX[other] for other in JOINTS.values() if other != joint]
-        assert np.abs(position[:, others]).max() < 0.15
+        assert measured[:, INDEX[joint]].max() > 0.6
+        assert np.abs(measured[:, others]).max() < 0.3
+        # one frame of another robot would let these joints jump by 0.09 rad, which the guard allows in a cycle
+        steady = (cycles := np.diff(commands["reply_to"])) > 0
+        steady &= cycles <= 3  # no new client
+        assert steady.sum() > 500
+        assert np.abs(np.diff(commands["position"][:, others], axis=0))[steady].max() < 0.02
