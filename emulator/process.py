@@ -128,7 +128,7 @@ class RobotSide:
             self.publish()
 
     def restart(self) -> None:
-        """The world has begun again."""
+        """The robot has begun again, with its world or alone."""
         self.answered = False
         self.host.guard.reset()
         self.publish()
@@ -243,9 +243,9 @@ class WorldProcess:
     def _run_events(self) -> None:
         """Carry out the events of robots and world between two cycles."""
         self._events.run()
-        restarted, self._clock.restarted = self._clock.restarted, False
+        restarted, self._clock.restarted = self._clock.restarted, []
         for side in self._sides:
-            if restarted:
+            if side.robot.name in restarted:
                 side.restart()
             side.report()
 

@@ -125,8 +125,8 @@ class WorldClock:
         self._stopped = False
         self._steps = 0
         self._stepping: tuple[Future[WorldReply], Callable[[str], WorldReply]] | None = None
-        self.restarted = False
-        """The world was reset; the publisher of its frames notices and clears it."""
+        self.restarted: list[str] = []
+        """Names of robots that begin again; the publisher of their frames notices and clears them."""
 
     @property
     def stopped(self) -> bool:
@@ -206,11 +206,14 @@ class WorldQueries:
         elif isinstance(command, Resume):
             text = "The world runs."
             self._clock.stop(False, "The world runs on.")
-        elif isinstance(command, Reset):
+        elif isinstance(command, Reset) and command.scope == "world":
             text = "The world begins again."
             self._clock.end_steps(text)
             self._robot.reset()
-            self._clock.restarted = True
+            self._clock.restarted += [robot.name for robot in self._robot.world.robots]
+        elif isinstance(command, Reset):
+            text = carry_out(self._robot, command)
+            self._clock.restarted.append(self._robot.name)
         elif isinstance(command, StandUp):
             if self._guard.moves and not self._robot.truth().fell:
                 raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")
@@ -256,7 +259,7 @@ def carry_out(robot: EmulatedRobot, command: WorldCommand) -> str:
         ConfigurationError: no such button.
     """
     if isinstance(command, StartFault):
-        name = robot.faults.start(command.fault, robot.time, command.duration)
+        name = robot.faults.start(command.fault, robot.world_time, command.duration)
         return f"Fault {name} begins."
     if isinstance(command, EndFault):
         robot.faults.end(command.name)
@@ -269,6 +272,8 @@ def carry_out(robot: EmulatedRobot, command: WorldCommand) -> str:
     if isinstance(command, LayDown):
         boxes = robot.lay_down(command.pose)
         return f"The robot was put into the pose `{command.pose}`." + _removed_text(boxes)
+    if isinstance(command, Reset) and command.scope == "robot":
+        return f"Robot `{robot.name}` begins again." + _removed_text(robot.restart())
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
     return robot.world_events.execute(command)

@@ -12,17 +12,28 @@ from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.quantities import standing_height
 from bridge.dcm import Dcm
+from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
 from bridge.types import Closing, Quaternion, Vec3
 from emulator.engine.catalogue import AUTO
 from emulator.engine.settings import SETTINGS, PhysicsSettings
+from emulator.engine.values import NO_CONTACTS
 from emulator.faults import Faults
 from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
-from emulator.start import StartPose, build_world, place, place_lying, start_pose, start_posture, timeline
+from emulator.start import (
+    StartPose,
+    build_world,
+    place,
+    place_lying,
+    require_robots,
+    start_pose,
+    start_posture,
+    timeline,
+)
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
 from emulator.world.world import World
@@ -98,37 +109,47 @@ class EmulatedRobot(Closing):
 
     def _build(self, world: World) -> None:
         """State that a reset replaces."""
+        body = self.body
+        self.world, self.engine = world, world.engine
+        self._steps = self.engine.settings.steps(body)
+        world.add(self)
+        joints = tuple(joint_tree(body))
+        self._request = np.array([self.posture[INDEX_WITH_MIRROR[name]] for name in joints])
+        self.servo = Servo(body, joints, self._wear.servo, self._request, self.engine.settings.step)
+        """The drives of all joints."""
+        self.multibody = self.engine.add_robot(body, self.servo.drives, held=self._held)
+        """The robot in the physics."""
+        self._place_at_start()
+        world.require_room(self)
+        self._placed_upright = upright(self.multibody.state())
+        self._settling = True
+        self._equip()
+
+    def _place_at_start(self) -> None:
+        if self._start is None:
+            self._place(self._at)
+        else:
+            place_lying(self.world, self.multibody, self._start, self._at)
+
+    def _equip(self) -> None:
+        """Give a robot that has been placed at its start a DCM and sensors in their first state."""
         body, wear = self.body, self._wear
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
         # children draw from streams of their own: a scenario does not change the noise of the sensors
         _, self._chance = self.random.spawn(2)
-        self.world, self.engine = world, world.engine
-        self._steps = self.engine.settings.steps(body)
-        world.add(self)
-        joints = tuple(joint_tree(body))
-        request = np.array([self.posture[INDEX_WITH_MIRROR[name]] for name in joints])
-        self.servo = Servo(body, joints, wear.servo, request, self.engine.settings.step)
-        """The drives of all joints."""
-        self.multibody = self.engine.add_robot(body, self.servo.drives, held=self._held)
-        """The robot in the physics."""
-        if self._start is None:
-            self._place(self._at)
-        else:
-            place_lying(world, self.multibody, self._start, self._at)
-        world.require_room(self)
         self._torso = self.multibody.state()
-        self._placed_upright = upright(self._torso)
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames pass through it too."""
         charger = self._scenario.charger
         self.sensors = Sensors(body, wear.sensors, self.random, self.engine, self.multibody, charger=charger)
         """All sensors; `sensors.touch` presses buttons."""
-        self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
+        self._sampler = FrameSampler(
+            self.multibody.joints, self.servo, self.sensors, self._hands, wear.servo.heating.room
+        )
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
-        self._settling = True
         if self._start is not None:
             self._release(self._start)
 
@@ -137,15 +158,23 @@ class EmulatedRobot(Closing):
         self._settling = False
         self.fell_over = self._placed_upright and not upright(self._torso)
         """Whether it was placed upright and fell before its first cycle."""
-        self._seq = 0
+        self._seq = self._earlier = 0
         self._notices: list[Notice] = []
-        events, faults = timeline(self._scenario), self._scenario.faults
-        if self.world.robots[0] is not self:  # the scenario's are of the first robot
-            events, faults = [], ()
+        names = [robot.name for robot in self.world.robots]
+        require_robots(self._scenario, names)
+        mine = (self.name, "") if names[0] == self.name else (self.name,)
+        faults = [fault for fault in self._scenario.faults if fault.robot in mine]
+        events = timeline(self._scenario, mine)
         self.world_events = EventExecutor(self.world, self.multibody, events, self._notify)
         """Carries out the events in the world."""
-        rezero = self.sensors.inertial.rezero
-        self.faults = Faults(self.multibody, self.servo, rezero, faults, self._chance, self._notify)
+        self.faults = Faults(
+            self.multibody,
+            self.servo,
+            lambda: self.sensors.inertial.rezero(),
+            faults,
+            self._chance,
+            self._notify,
+        )
         """Faults in force and planned."""
         self._command = -1
         self._missed = 0
@@ -166,7 +195,7 @@ class EmulatedRobot(Closing):
     def begin_physics(self) -> Callable[[], None] | None:
         """See `Inhabitant`."""
         self.servo.advance(self._steps)
-        return None if self._settling else self.world_events.begin_cycle(self.time)
+        return None if self._settling else self.world_events.begin_cycle(self.world_time)
 
     def measure(self) -> None:
         """Update drives and sensors by the cycle that ends now."""
@@ -233,7 +262,7 @@ class EmulatedRobot(Closing):
     def stalls(self) -> bool:
         """Whether the DCM stands still in the cycle that begins now (a fault): no commands, no frame."""
         if not self.world.ahead:
-            self.faults.begin_cycle(self.time)
+            self.faults.begin_cycle(self.world_time)
         return self.faults.stalled
 
     def skip_stalled(self) -> None:
@@ -251,6 +280,11 @@ class EmulatedRobot(Closing):
     def time(self) -> float:
         """Robot time at the present boundary, s."""
         return self._seq * self.body.cycle
+
+    @property
+    def world_time(self) -> float:
+        """Time since the world began, s, which events and faults follow; it goes on over a `restart`."""
+        return (self._earlier + self._seq) * self.body.cycle
 
     @property
     def tilt(self) -> float:
@@ -318,6 +352,36 @@ class EmulatedRobot(Closing):
         self._torso = self.multibody.state()
         self.sensors.inertial.start(self._torso)
         return self.world.clear_robots()
+
+    def restart(self) -> tuple[str, ...]:
+        """Restart this robot alone, between two cycles: same place and pose, same seed, `seq` 0, no faults.
+
+        The world and the other robots go on. Events and faults of the scenario that are still to come, come at
+        their time of the world. The robot settles into its pose with its first cycles.
+
+        Returns:
+            As `stand_up`.
+
+        Raises:
+            FrameError: something fixed or another robot is in its place; its joints stop then.
+        """
+        body, joints = self.multibody.state(), self.multibody.position.copy()
+        self._place_at_start()
+        try:
+            self.world.require_room(self, movable=False)
+        except ConfigurationError as error:
+            speeds = body.velocity, body.angular_velocity
+            self.multibody.place(body.pose, *speeds, joints=joints.tolist())
+            raise FrameError(str(error)) from None
+        removed = self.world.clear_robots()
+        self.multibody.contacts = NO_CONTACTS
+        self.faults.restart()
+        self.servo.restart(self._request)
+        self._equip()
+        self._earlier += self._seq
+        self._seq, self._missed, self._command = 0, 0, -1
+        self.frame = self._sample()
+        return removed
 
     def reset(self) -> None:
         """Restart its world with all robots in it: same postures, same seeds, `seq` 0."""

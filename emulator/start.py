@@ -6,10 +6,10 @@ Degrees of a scenario become radians here. The robot begins on its feet, sitting
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -29,10 +29,12 @@ from emulator.engine.shapes import FOOT_LINKS, link_shapes, lowest_point, sole_p
 from emulator.engine.values import Box, HeightField
 from emulator.poses import ORIGIN, Pose, compose, inverse, point_of, quaternion, yaw_of
 from emulator.scenarios import START_NAMES
+from emulator.scenarios.events import ScenarioEvent
 from emulator.scenarios.model import Scenario, terrain_of
 from emulator.world.events import WorldEvent
 from emulator.world.world import SURFACES, World, solid
 
+E = TypeVar("E", bound=ScenarioEvent)
 _FOUNDATION_DEPTH = 0.02
 """Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
 
@@ -82,17 +84,41 @@ def build_world(engine: str, settings: PhysicsSettings, scenario: Scenario, seed
     return world
 
 
-def timeline(scenario: Scenario) -> list[tuple[float, WorldEvent]]:
-    """Time (s) and event, as the commands that would do it live; events of one time in the order here."""
+def require_robots(scenario: Scenario, names: Iterable[str]) -> None:
+    """Refuse events of robots that are not in the world.
+
+    Args:
+        scenario: With the events.
+        names: Of the robots.
+
+    Raises:
+        ConfigurationError: an event names another one.
+    """
+    for event in scenario.events:
+        if event.robot and event.robot not in names:
+            raise ConfigurationError(f"Scenario: {unknown_name('robot', event.robot, names)}.")
+
+
+def timeline(scenario: Scenario, names: Collection[str]) -> list[tuple[float, WorldEvent]]:
+    """Time (s) and event, as the commands that would do it live; events of one time in the order here.
+
+    Args:
+        scenario: With the events.
+        names: Only the events whose `robot` is one of these.
+    """
+
+    def own(happening: Iterable[E]) -> list[E]:
+        return [event for event in happening if event.robot in names]
+
     events: list[tuple[float, WorldEvent]] = []
-    for change in scenario.frictions:
+    for change in own(scenario.frictions):
         events.append((change.time, SetFriction(friction=change.friction)))
-    for tilt in scenario.tilts:
+    for tilt in own(scenario.tilts):
         command = TiltFloor(
             roll=math.radians(tilt.roll), pitch=math.radians(tilt.pitch), duration=tilt.duration
         )
         events.append((tilt.time, command))
-    for plate in scenario.plates:
+    for plate in own(scenario.plates):
         events.append(
             (
                 plate.time,
@@ -105,10 +131,10 @@ def timeline(scenario: Scenario) -> list[tuple[float, WorldEvent]]:
                 ),
             )
         )
-    for push in scenario.pushes:
+    for push in own(scenario.pushes):
         impulse = push.impulse_vector()
         events.append((push.time, Push(impulse=impulse, duration=push.duration, target=push.target)))
-    for strike in scenario.pendulums:
+    for strike in own(scenario.pendulums):
         events.append(
             (
                 strike.time,

@@ -59,7 +59,7 @@ class World(Closing):
 
     Args:
         scenario: Floor and objects: a name (`nao-hil scenarios`), or path of a scenario. Its events and faults
-            concern the robot that is added first.
+            concern the robot that they name, without a name the one that is added first.
         engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
         seed: Of the world's terrain.
 
@@ -145,7 +145,7 @@ class World(Closing):
         self._start()
         first = next(iter(self._robots.values()))
         return WorldTruth(
-            time=first.time,
+            time=first.world_time,
             robots={name: robot.truth() for name, robot in self._robots.items()},
             objects={thing.name: thing for thing in first.world_events.objects()},
         )
@@ -176,7 +176,7 @@ class World(Closing):
         """Carry out a command to the world, as `WorldClient` sends it, between two steps.
 
         Args:
-            command: Of `bridge.messages.world`, but for those of the clock.
+            command: Of `bridge.messages.world`, but for those of the clock and the reset of the world.
             name: Robot that it concerns; None: the first.
 
         Returns:
@@ -194,13 +194,25 @@ class World(Closing):
             raise ConfigurationError(unknown_name("robot", name, self._robots))
         return self._robots[name]
 
-    def reset(self) -> dict[str, SensorFrame]:
-        """Restart at time 0 with the same robots and seeds; objects that came later are gone.
+    def reset(self, name: str | None = None) -> dict[str, SensorFrame]:
+        """Restart the world with the same robots and seeds, or one robot alone.
+
+        Args:
+            name: Robot that begins again at its start, with `seq` 0, its seed and no faults, while the others,
+                the time of the world and its objects go on; None: all robots, and objects that came later are
+                gone.
 
         Returns:
-            The first sensor frames.
+            The newest sensor frames, of robots that begin again the first.
+
+        Raises:
+            ConfigurationError: no such robot.
+            FrameError: something fixed or another robot is in its place.
         """
         self._start()
+        if name is not None:
+            self._robot(name).restart()
+            return self.frames
         self._world = rebuilt(self._world, list(self._robots.values()))
         self._world.start()
         return self.frames

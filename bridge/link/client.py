@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final, Literal
 from bridge.errors import FrameError, LinkError, NaoHilError, RobotSilent, WalkRefused
 from bridge.link import keys
 from bridge.link.query import ask
-from bridge.link.session import open_client, other_robots, require_seconds
+from bridge.link.session import open_client, other_robots, require_seconds, robots
 from bridge.messages import Info, LeaseReply, LeaseRequest, decode, encode
 from bridge.messages.codec import M
 from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
@@ -106,6 +106,24 @@ class GuardClient(Client):
                 raise RobotSilent(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
             time.sleep(_RETRY_INTERVAL)
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")
+
+
+def link_robots(connect: str = keys.DEFAULT_ENDPOINT, connect_timeout: float = 3.0) -> list[str]:
+    """Ids of all robots of a link.
+
+    Args:
+        connect: Zenoh endpoint of one of them.
+        connect_timeout: s to wait for a listener there.
+
+    Raises:
+        ConfigurationError: bad endpoint.
+        RobotSilent: no robot there.
+    """
+    with open_client(connect, connect_timeout, Client.ROLE) as session:
+        names = robots(session)
+    if not names:
+        raise RobotSilent(f"No robot is at {connect}; start one there.")
+    return names
 
 
 class WalkClient(Client):

@@ -262,8 +262,8 @@ def _listen_error(listen: str, reason: str) -> LinkError:
     locator, _ = split_endpoint(listen)
     if "in use" in reason and locator.startswith("tcp/") and (session := try_client(locator)) is not None:
         with session:
-            names = _robots(session)
-        reason += f" by robot `{names[0]}`" if names else ""
+            names = robots(session)
+        reason += f" by robot {' and '.join(f'`{name}`' for name in names)}" if names else ""
     return LinkError(
         f"Cannot listen on {locator}: {reason}; stop its listener, or give another place with --listen."
     )
@@ -367,23 +367,29 @@ def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> 
     return session
 
 
-def _robots(session: zenoh.Session) -> list[str]:
-    """Ids of the robots of a link."""
+def robots(session: zenoh.Session) -> list[str]:
+    """Ids of the robots of a link, `nao2` before `nao10`."""
     replies = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_ROBOTS_TIMEOUT)
-    return sorted({str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None})
+    names = {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+    return sorted(names, key=_by_number)
+
+
+def _by_number(name: str) -> list[tuple[int, str]]:
+    """Key to sort names by; digits count as numbers."""
+    return [(int(part or 0), "") if i % 2 else (0, part) for i, part in enumerate(re.split(r"(\d+)", name))]
 
 
 def other_robots(session: zenoh.Session, robot: str) -> str:
-    """Clause that names another robot of a link; empty: there is none.
+    """Clause that lists the robots of a link without this one; empty: it is there, or none is.
 
     Args:
         session: of the link.
         robot: id of the silent robot.
     """
-    names = _robots(session)
+    names = robots(session)
     if not names or robot in names:
         return ""
-    return f"; robot `{names[0]}` is there, which --name {names[0]} takes"
+    return f"; there {'is' if len(names) == 1 else 'are'} {', '.join(f'`{name}`' for name in names)} (--name)"
 
 
 def declare_publishers(session: zenoh.Session, robot: str, side: Side) -> dict[type[Any], zenoh.Publisher]:

@@ -57,6 +57,10 @@ class Status(_Command, frozen=True, kw_only=True, tag="status"):
 class Reset(_Command, frozen=True, kw_only=True, tag="reset"):
     """Restart: same posture, same scenario, same seed, `seq` 0; live changes are undone."""
 
+    scope: Literal["world", "robot"] = "world"
+    """`world`: all robots of it. `robot`: this one alone, at its start without faults; clock, events, objects
+    and the other robots go on."""
+
 
 class Pause(_Command, frozen=True, kw_only=True, tag="pause"):
     """Hold the world and its clock."""

@@ -66,6 +66,10 @@ class CommandChannel:
         """No command is on the way."""
         return not self._on_the_way
 
+    def clear(self) -> None:
+        """Drop the commands on the way."""
+        self._on_the_way.clear()
+
     def apply_command_faults(
         self, command: ActuatorFrame | None, faults: Iterable[CommandFault]
     ) -> ActuatorFrame | None:
@@ -324,6 +328,11 @@ class Faults:
             self._frames.forget(ended)
             self._notify("fault", f"Fault {ended} ends.")
         self._changed()
+
+    def restart(self) -> None:
+        """End all faults and drop the commands on the way; planned faults stay."""
+        self.end()
+        self._channel.clear()
 
     def _changed(self) -> None:
         faults = [running.fault for running in self._running.values()]

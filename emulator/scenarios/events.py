@@ -13,12 +13,16 @@ from bridge.types import Vec2, Vec3
 from emulator.scenarios.ground import Degrees, NotNegative, Positive, ScenarioTable, Size, Slope
 
 
-class _Event(ScenarioTable, frozen=True, kw_only=True):
+class ScenarioEvent(ScenarioTable, frozen=True, kw_only=True):
+    """Base of all events."""
+
     time: NotNegative
-    """Robot time, s."""
+    """Since the world began, s."""
+    robot: str = ""
+    """Name of the robot that it concerns; empty: the first one."""
 
 
-class PushEvent(_Event, frozen=True, kw_only=True):
+class PushEvent(ScenarioEvent, frozen=True, kw_only=True):
     """A push at a centre of mass, in the torso's heading of that moment."""
 
     target: str = "Torso"
@@ -44,7 +48,7 @@ class PushEvent(_Event, frozen=True, kw_only=True):
         return self.impulse * math.cos(angle), self.impulse * math.sin(angle), 0.0
 
 
-class PlateEvent(_Event, frozen=True, kw_only=True):
+class PlateEvent(ScenarioEvent, frozen=True, kw_only=True):
     """A plate under a foot, from this time on as soon as the foot is high enough."""
 
     foot: Foot = "swing"
@@ -56,7 +60,7 @@ class PlateEvent(_Event, frozen=True, kw_only=True):
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")] = "plate"
 
 
-class TiltEvent(_Event, frozen=True, kw_only=True):
+class TiltEvent(ScenarioEvent, frozen=True, kw_only=True):
     """The floor turns to this tilt about the point under the torso."""
 
     roll: Slope = 0.0
@@ -64,13 +68,13 @@ class TiltEvent(_Event, frozen=True, kw_only=True):
     duration: NotNegative = 1.0
 
 
-class FrictionEvent(_Event, frozen=True, kw_only=True):
+class FrictionEvent(ScenarioEvent, frozen=True, kw_only=True):
     """The floor's friction changes."""
 
     friction: Friction
 
 
-class PendulumEvent(_Event, frozen=True, kw_only=True):
+class PendulumEvent(ScenarioEvent, frozen=True, kw_only=True):
     """A pendulum is released and strikes the robot."""
 
     mass: Positive
@@ -84,7 +88,7 @@ class PendulumEvent(_Event, frozen=True, kw_only=True):
     """Height of the strike over the floor; none: the torso's centre of mass."""
 
 
-class FaultEvent(_Event, frozen=True, kw_only=True):
+class FaultEvent(ScenarioEvent, frozen=True, kw_only=True):
     """A fault, for a while."""
 
     duration: NotNegative = 0.0

@@ -16,7 +16,15 @@ from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.messages.world import min_tilt_duration
 from bridge.messages.world_state import HeightGrid, Terrain, Tile
 from bridge.validation import unknown_name
-from emulator.scenarios.events import FaultEvent, FrictionEvent, PendulumEvent, PlateEvent, PushEvent, TiltEvent
+from emulator.scenarios.events import (
+    FaultEvent,
+    FrictionEvent,
+    PendulumEvent,
+    PlateEvent,
+    PushEvent,
+    ScenarioEvent,
+    TiltEvent,
+)
 from emulator.scenarios.ground import (
     Heightfield,
     PlacedBox,
@@ -50,6 +58,18 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
     frictions: tuple[FrictionEvent, ...] = ()
     pendulums: tuple[PendulumEvent, ...] = ()
     faults: tuple[FaultEvent, ...] = ()
+
+    @property
+    def events(self) -> tuple[ScenarioEvent, ...]:
+        """All of them, faults included."""
+        return (
+            *self.pushes,
+            *self.plates,
+            *self.tilts,
+            *self.frictions,
+            *self.pendulums,
+            *self.faults,
+        )
 
     def __post_init__(self) -> None:
         """Raises ValueError for events that could never happen, so that no run passes without its disturbance.

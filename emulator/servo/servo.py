@@ -230,6 +230,7 @@ class Servo:
         self.heat = MotorHeat(
             parameters.heating, np.array([joint_nominal_torque(body, name) for name in joints]) * fraction
         )
+        self._room = parameters.heating.room
         self._slots = np.array([INDEX_WITH_MIRROR[name] for name in joints])
         self._limits = RequestLimits(body, joints)
         self._step = step
@@ -246,9 +247,8 @@ class Servo:
         self._set_constants(parameters)
         self.backlash[:] = [parameters.backlash.of(name) for name in joints]
         self.strength[:] = 1.0
-        self.drives.records["brush"] = position
         self._samples = 0
-        self.start(position)
+        self.restart(position)
 
     @property
     def motor_angle(self) -> Array:
@@ -305,6 +305,15 @@ class Servo:
         if self._queue and self._queue[-1][0] == due:
             self._queue.pop()
         self._queue.append((due, request, wanted))
+
+    def restart(self, position: Array) -> None:
+        """As `start`, with motors at the temperature of the room and no memory of earlier torques."""
+        drives = self.drives.records
+        drives["brush"] = position
+        for field in ("squares", "work", "mean_square", "power"):
+            drives[field] = 0.0
+        self.heat.temperature[:] = self._room
+        self.start(position)
 
     def start(self, position: Array) -> None:
         """Hold these angles (rad) from now on with full stiffness, at rest; waiting commands are dropped."""

@@ -186,9 +186,21 @@ class World:
                 raise ConfigurationError(f"Two robots are called `{robot.name}`; give each a name of its own.")
         self.robots.append(robot)
 
-    def require_room(self, robot: Inhabitant) -> None:
-        """Raises ConfigurationError where an object or another robot overlaps a robot at its start."""
-        things = {f"Object `{name}` of the scenario": body.thing for name, body in self.objects.items()}
+    def require_room(self, robot: Inhabitant, *, movable: bool = True) -> None:
+        """Refuse the start of a robot where something is.
+
+        Args:
+            robot: At its start.
+            movable: Movable objects count too.
+
+        Raises:
+            ConfigurationError: an object or another robot overlaps it.
+        """
+        things = {
+            f"Object `{name}` of the scenario": thing
+            for name, (shape, thing) in self.objects.items()
+            if movable or shape.mass <= 0.0
+        }
         things |= {f"Robot `{other.name}`": other.multibody for other in self.robots if other is not robot}
         for name, thing in things.items():
             if self.engine.overlap(robot.multibody, thing) > _OVERLAP:

@@ -20,6 +20,7 @@ from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.link.certificates import OPEN_MARK
 from bridge.link.session import split_open
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from bridge.types import Vec3
@@ -27,6 +28,7 @@ from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, log_to_stderr
+from nao_hil.cli.every_robot import Every, for_every_robot
 from nao_hil.cli.signals import on_signals, stop_event
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.supervisor import Child
@@ -43,6 +45,7 @@ Socket = Annotated[
 
 def serve_lola(
     socket: Socket = DEFAULT_SOCKET,
+    every: Every = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
     body_id: Annotated[
@@ -52,15 +55,24 @@ def serve_lola(
         str, typer.Option("--head-id", help="The robot's head id, 20 characters.", metavar="ID")
     ] = _ANYBODY.head_id,
     realtime_priority: options.RealtimePriority = True,
-) -> Answer:
+) -> Answer | int:
     """Let any robot on the link pose as a V6: programs written for LoLA connect to the socket.
 
     Beyond loopback the address ends with `#open`: everyone on the network can then move the robot.
+    With --all each robot has a socket PATH-NAME, or ports count up from HOST:PORT in the order of the names.
 
     Example: nao-hil serve lola --socket /tmp/robocup
+
+    Example: nao-hil serve lola --all
     """
     identity = Identity(body_id=body_id, head_id=head_id).check()
     address = parse_address(split_open(socket, lambda plain: parse_address(plain).host))
+    if every:
+        mark = OPEN_MARK if socket.endswith(OPEN_MARK) else ""
+        ids = ["--body-id", body_id, "--head-id", head_id, *_priority(realtime_priority)]
+        return for_every_robot(
+            connect, lambda i, robot: ["serve", "lola", "--socket", f"{address.of(i, robot)}{mark}", *ids]
+        )
     log_to_stderr()
     stop = stop_event()
     priority = CONTROLLER_PRIORITY if realtime_priority else None
@@ -70,6 +82,10 @@ def serve_lola(
         finally:
             remove(address)
     return Answer(served)
+
+
+def _priority(wanted: bool) -> list[str]:
+    return ["--realtime-priority" if wanted else "--no-realtime-priority"]
 
 
 def _bridged(
@@ -143,6 +159,7 @@ def serve_naoqi(
             "--gait", help="Gait of moveTo, moveToward and move: a name of `nao-hil gaits`.", metavar="GAIT"
         ),
     ] = "omni",
+    every: Every = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
@@ -155,12 +172,15 @@ def serve_naoqi(
             metavar="DIR",
         ),
     ] = None,
-) -> Answer:
+) -> Answer | int:
     """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
 
     Beyond loopback the address ends with `#open`: everyone on the network can then move the robot.
+    With --all ports count up from that of --listen in the order of the names, and each home is DIR/NAME.
 
     Example: nao-hil serve naoqi --listen tcp://127.0.0.1:9559
+
+    Example: nao-hil serve naoqi --all
     """
     # Imported late: all commands would wait for them, scipy among them.
     from bridge.adapters.naoqi.server import NaoqiServer
@@ -169,9 +189,19 @@ def serve_naoqi(
 
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
-    url = split_open(url, lambda plain: check_url(plain)[0])
+    given, url = url, split_open(url, lambda plain: check_url(plain)[0])
 
     require_qi()
+    home = home or Path("runs") / name_of_now() / "home"
+    if every:
+        host, port = check_url(url)
+        mark = OPEN_MARK if given.endswith(OPEN_MARK) else ""
+
+        def arguments(i: int, robot: str) -> list[str]:
+            place = ["--listen", f"tcp://{host}:{port + i}{mark}", "--home", str(home / robot)]
+            return ["serve", "naoqi", *place, "--gait", gait, *_priority(realtime_priority)]
+
+        return for_every_robot(connect, arguments)
     require_free(url)  # before the link is opened: nothing has to be ended
     log_to_stderr()
     stop = threading.Event()
@@ -190,7 +220,7 @@ def serve_naoqi(
             _full(gait),
             lambda: ServingWalker(name, connect, gait),
             stop.is_set,
-            home or Path("runs") / name_of_now() / "home",
+            home,
             CONTROLLER_PRIORITY if realtime_priority else None,
         )
         server.run()

@@ -19,6 +19,8 @@ from rich.table import Table
 from rich.text import Text
 
 from bridge.adapters.naoqi import qi_library
+from bridge.errors import NaoHilError
+from bridge.link.client import link_robots
 from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
 from emulator.timing import CycleTimer, CycleTimes
 from nao_hil.cli.console import Answer
@@ -27,8 +29,9 @@ T = TypeVar("T")
 Verdict = Literal["good", "warning", "bad"]
 
 OLDEST_PYTHON: Final = (3, 10)
+LINK_PORT: Final = 7447
 PORTS: Final = {
-    7447: (
+    LINK_PORT: (
         "of the link",
         "A robot may be running already; end it, or choose another port: --listen tcp/127.0.0.1:7448, and "
         "--connect with the same for the walker.",
@@ -169,9 +172,18 @@ def port_finding(port: int, whose: str, advice: str) -> Finding:
         try:
             probe.bind(("127.0.0.1", port))
         except OSError as error:
-            value = f"{whose}, cannot be used ({error.strerror})"
+            value = f"{whose}, cannot be used ({error.strerror}{_robots_at(port) if port == LINK_PORT else ''})"
             return Finding(name=f"port {port}", verdict="warning", value=value, advice=advice)
     return Finding(name=f"port {port}", verdict="good", value=f"{whose}, free", advice="It can be used.")
+
+
+def _robots_at(port: int) -> str:
+    """Clause that lists the robots of a link at a port of this machine; empty: there are none."""
+    try:
+        names = link_robots(f"tcp/127.0.0.1:{port}", 0.0)
+    except NaoHilError:
+        return ""
+    return f"; robots there: {', '.join(names)}"
 
 
 def package_finding(extra: str, name: str) -> Finding:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
 
 import typer
 
-from bridge.errors import ConfigurationError
+from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from bridge.link.client import GuardClient
+from bridge.link.client import GuardClient, link_robots
 from bridge.messages.guard import GuardStatus
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console
 
 _WHO = "nao-hil on the command line"
+Robot = Annotated[str, typer.Argument(help="Robot id, as --name.", metavar="NAME", show_default=False)]
 
 
 def stop(
+    robot: Robot = "",
+    every: Annotated[bool, typer.Option("--all", help="Stop all robots of the link.")] = False,
     limp: Annotated[
         bool,
         typer.Option("--limp", help="Let go at once instead of crouching first; a robot that stands falls."),
@@ -28,12 +32,36 @@ def stop(
     """Emergency stop: the robot crouches, lets go, and takes no command until `nao-hil arm`. Needs no lease.
 
     Example: nao-hil stop --connect tcp/192.168.1.7:7447
+
+    Example: nao-hil stop --all
     """
-    with GuardClient(name, connect) as guard:
-        return _show(guard.stop("limp" if limp else "crouch", _WHO))
+    if every and robot:
+        raise ConfigurationError(f"--all stops every robot, {robot} too; leave one of both out.")
+
+    def stopped(who: str) -> GuardStatus | NaoHilError:
+        try:
+            with GuardClient(who, connect) as guard:
+                return guard.stop("limp" if limp else "crouch", _WHO)
+        except NaoHilError as error:
+            return error
+
+    names = link_robots(connect) if every else [robot or name]
+    with ThreadPoolExecutor(len(names)) as pool:  # all at once: one that does not answer holds up no other
+        results = dict(zip(names, pool.map(stopped, names), strict=True))
+    done = {who: result for who, result in results.items() if isinstance(result, GuardStatus)}
+    failed = [result for result in results.values() if isinstance(result, NaoHilError)]
+    if not every and failed:
+        raise failed[0]
+    if not every:
+        return _show(done[names[0]])
+    for who, status in done.items():
+        open_console().print(f"{who}: {status.text}", highlight=False, soft_wrap=True)
+    error = LinkError(" ".join(map(str, failed))) if failed else None
+    return Answer({"robots": done}, error=error)
 
 
 def arm(
+    robot: Robot = "",
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask; for scripts.")] = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
@@ -42,9 +70,9 @@ def arm(
 
     Example: nao-hil arm --yes --connect tcp/192.168.1.7:7447
     """
-    with GuardClient(name, connect) as guard:
+    with GuardClient(robot or name, connect) as guard:
         if not yes:
-            _confirm(guard, name)
+            _confirm(guard, robot or name)
         return _show(guard.arm(_WHO))
 
 

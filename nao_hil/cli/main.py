@@ -88,13 +88,14 @@ GROUPS: Final = {
         {"torso": "design:torso"},
     ),
     "world": (
-        "Put a ball, landmarks and faces before the cameras of an emulated robot.",
+        "Put things before the cameras of an emulated robot, press its buttons, reset it.",
         {
             "ball": "world:ball",
             "landmark": "world:landmark",
             "face": "world:face",
             "remove": "world:remove",
             "press": "world:press",
+            "reset": "world:reset",
             "list": "world:show",
         },
     ),

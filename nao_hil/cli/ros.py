@@ -12,6 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import try_client
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, log_to_stderr, open_console
+from nao_hil.cli.every_robot import Every, for_every_robot
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import describe
 
@@ -38,13 +39,22 @@ def ros(
             "--picture-rate", help="Pictures a second of a camera that is listened to.", min=0.1, max=30.0
         ),
     ] = 10.0,
+    every: Every = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer | int:
     """Put a robot on ROS 2 for nodes with rmw_zenoh; ROS need not be installed here.
 
+    The topics of a robot of another id than `nao` are in a namespace of that id, as in /red/joint_states.
+
     Example: nao-hil ros --domain 3
+
+    Example: nao-hil ros --all
     """
+    if every:
+        shared = ["ros", "--domain", str(domain), "--distro", distro, "--picture-rate", str(picture_rate)]
+        shared += ["--router", router] if router else []
+        return for_every_robot(connect, lambda _, __: shared)
     try:
         from bridge.adapters.ros.bridge import RosBridge
         from bridge.adapters.ros.wire import RosNode
@@ -56,7 +66,7 @@ def ros(
     while (session := try_client(router or connect, timestamps=True)) is None:
         if stop.wait(RETRY):
             return 130
-    node = RosNode(session, name, domain, distro)
+    node = RosNode(session, name, domain, distro, namespace="" if name == DEFAULT_ROBOT else name)
     try:
         counts = RosBridge(name, connect, node, describe, picture_rate, stop).run()
     finally:

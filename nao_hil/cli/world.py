@@ -1,4 +1,4 @@
-"""`nao-hil world`: a ball, landmarks and faces for the cameras of an emulated robot."""
+"""`nao-hil world`: things for the cameras of an emulated robot, its buttons, its reset."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.client import WorldClient
 from bridge.messages.frames import ELEMENTS
-from bridge.messages.world import PlaceThing, Press, Remove, Status, ThingKind, WorldCommand
+from bridge.messages.world import PlaceThing, Press, Remove, Reset, Status, ThingKind, WorldCommand
 from bridge.validation import unknown_name
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer
@@ -93,6 +93,20 @@ def remove(
     Example: nao-hil world remove ball
     """
     return _send(Remove(name=what), name, connect)
+
+
+def reset(
+    every: Annotated[
+        bool, typer.Option("--all", help="Restart the world with all robots and objects.")
+    ] = False,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+) -> Answer:
+    """Put one robot back to its start, while the others and the clock of the world go on; or restart the world.
+
+    Example: nao-hil world reset --name blue
+    """
+    return _send(Reset(scope="world" if every else "robot"), name, connect)
 
 
 def press(

@@ -105,7 +105,7 @@ def test_angles_typed_in_degrees_are_radians_inside() -> None:
         "t",
         Scenario,
     )
-    (_, tilt), (_, push) = timeline(scenario)
+    (_, tilt), (_, push) = timeline(scenario, ("",))
     assert isinstance(tilt, TiltFloor) and tilt.pitch == pytest.approx(-math.pi / 60.0)
     assert isinstance(push, Push) and push.impulse == pytest.approx((0.0, 0.5, 0.0))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ import pytest
 import nao_hil
 from bridge.body import load_body
 from bridge.body.joints import INDEX
-from bridge.errors import ConfigurationError
-from bridge.messages.world import Push
+from bridge.errors import ConfigurationError, FrameError
+from bridge.messages import TruthFrame
+from bridge.messages.faults import JointHot, JointLimp
+from bridge.messages.world import PlaceBox, Press, Push, Remove, Reset, StartFault
 from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import PhysicsSettings
 from emulator.poses import Pose, quaternion
@@ -120,6 +123,110 @@ def test_robots_that_collide_in_the_air_keep_their_momentum(physics: str) -> Non
     np.testing.assert_allclose(last.sum(axis=0), first.sum(axis=0), atol=0.02)
     assert last[1, 0] - last[0, 0] < 0.5 * 1.4
     assert last[1, 0] > 0.1
+
+
+def turning(world: nao_hil.World, cycles: int, begin: int = 0) -> list[dict[str, TruthFrame]]:
+    """Two robots turn their heads to and fro while the one between them stands."""
+    found = []
+    stand = world.frames["r0"].position
+    for cycle in range(begin, begin + cycles):
+        angle = 0.5 * math.sin(0.1 * cycle)
+        world.step({"r0": moved(stand, angle), "r2": moved(stand, -angle)})
+        found.append(world.truth.robots)
+    return found
+
+
+def encoder_error(world: nao_hil.World) -> np.ndarray:
+    """Of the middle robot, which is worn: each encoder has an error of its own, by the seed."""
+    return np.subtract(world.frames["r1"].position, world.truth.robots["r1"].joints)
+
+
+def test_a_robot_begins_again_alone_and_the_motion_of_the_others_goes_on(physics: str) -> None:
+    """They move as if nothing had happened, but for their backlash; it stands where it began, cool, sound."""
+    with three(physics) as world:
+        undisturbed = turning(world, 260)
+        world.reset()
+        first, began, error = world.frames["r1"], world.truth.robots["r1"], encoder_error(world)
+        world.send(StartFault(fault=JointLimp(joint="LKneePitch")), "r1")
+        world.send(StartFault(fault=JointHot(joint="RKneePitch", temperature=95.0)), "r1")
+        world.send(Press(button="chest"), "r1")
+        world.send(Push(target="Torso", impulse=(-6.0, 0.0, 0.0), duration=0.1), "r1")
+        found = turning(world, 150)
+        assert found[-1]["r1"].fell
+        frames = world.reset("r1")
+        assert (frames["r0"].seq, frames["r1"].seq, frames["r2"].seq) == (150, 0, 150)
+        assert world.truth.time == pytest.approx(1.5)
+        assert frames["r1"].temperature == pytest.approx(first.temperature, abs=0.1)
+        assert frames["r1"].touch == first.touch
+        np.testing.assert_allclose(encoder_error(world), error, atol=2e-3)
+        found += turning(world, 110, 150)
+        for name in ("r0", "r2"):
+            for row, expected in zip(found, undisturbed, strict=True):
+                assert row[name].seq == expected[name].seq
+                np.testing.assert_allclose(row[name].joints, expected[name].joints, atol=0.02)
+                np.testing.assert_allclose(row[name].torso_position, expected[name].torso_position, atol=0.01)
+        last = world.truth.robots["r1"]
+        assert (last.seq, last.fell) == (110, False)
+        np.testing.assert_allclose(last.torso_position, began.torso_position, atol=3e-3)
+        np.testing.assert_allclose(last.torso_orientation, began.torso_orientation, atol=5e-3)
+        np.testing.assert_allclose(last.joints, began.joints, atol=0.02)
+
+
+def test_a_robot_whose_place_is_taken_is_not_reset(physics: str) -> None:
+    with three(physics) as world:
+        world.send(Push(target="Torso", impulse=(30.0, 0.0, 0.0), duration=0.02), "r1")
+        for _ in range(100):
+            world.step()
+        world.send(PlaceBox(name="wall", size=(0.3, 0.04, 0.5), at=(0.0, 0.85)))
+        where = world.truth.robots["r1"].torso_position
+        with pytest.raises(FrameError, match="wall"):
+            world.reset("r1")
+        assert world.truth.robots["r1"].torso_position == pytest.approx(where, abs=1e-6)
+        world.send(Remove(name="wall"))
+        world.send(PlaceBox(name="crate", size=(0.1, 0.1, 0.1), at=(0.0, 0.7), mass=0.5))
+        assert "crate" in world.send(Reset(scope="robot"), "r1")  # it is movable, and is taken away
+        assert world.frames["r1"].seq == 0
+        assert "crate" not in world.truth.objects
+
+
+def scenario(folder: Path, text: str) -> str:
+    file = folder / "events.toml"
+    file.write_text(text)
+    return str(file)
+
+
+def test_events_and_faults_concern_the_robot_that_they_name(physics: str, tmp_path: Path) -> None:
+    """By the clock of the world, which the reset of a robot leaves alone; without a name the first one."""
+    push = "impulse = 12.0\nduration = 0.1\n"
+    text = f'[[pushes]]\ntime = 0.8\nrobot = "blue"\n{push}[[pushes]]\ntime = 1.6\n{push}'
+    text += '[[faults]]\ntime = 0.4\nrobot = "green"\nfault = { kind = "sensor-dead", sensor = "fsr" }\n'
+    with nao_hil.World(scenario(tmp_path, text), engine=physics) as world:
+        for number, name in enumerate(("red", "blue", "green")):
+            world.add("nao-v6", name=name, seed=3, wear="ideal", at=(0.0, 0.8 * number, 0.0))
+        for _ in range(30):
+            world.step()
+        world.reset("blue")
+        fell: dict[str, float] = {}
+        dead: set[str] = set()
+        for _ in range(220):
+            frames = world.step()
+            dead |= {name for name, frame in frames.items() if not any(frame.fsr)}
+            for name, truth in world.truth.robots.items():
+                if truth.fell:
+                    fell.setdefault(name, world.truth.time)
+    assert dead - {"red", "blue"} == {"green"}
+    assert list(fell) == ["blue", "red"]
+    assert 0.8 < fell["blue"] < 1.6 < fell["red"]
+
+
+def test_an_event_of_a_robot_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    file = scenario(tmp_path, '[[pushes]]\ntime = 1.0\nimpulse = 1.0\nrobot = "bleu"\n')
+    with nao_hil.World(file, engine="mujoco") as world:
+        world.add("nao-v6", name="blue")
+        with pytest.raises(ConfigurationError, match=r"'bleu'.*'blue'"):
+            world.step()
+    with pytest.raises(ConfigurationError, match="'bleu'"):
+        nao_hil.Robot("nao-v6", engine="mujoco", scenario=file)
 
 
 def test_what_a_world_refuses_is_said_in_a_sentence() -> None:

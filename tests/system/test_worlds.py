@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
+import random
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+import numpy as np
+import zenoh
 
 import nao_hil
 from bridge.body import load_body
 from bridge.body.joints import INDEX
+from bridge.errors import RobotSilent
 from bridge.guard import Guard
-from bridge.link import RobotLink
-from bridge.link.client import WorldClient
-from bridge.messages import SensorFrame
+from bridge.link import RobotLink, keys
+from bridge.link.client import GuardClient, WorldClient, link_robots
+from bridge.link.session import open_client
+from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.world import Reset
 from emulator.engine.settings import SETTINGS
 from emulator.process import RobotSide, WorldProcess
@@ -108,7 +116,10 @@ def test_robots_in_real_time_take_the_commands_of_their_name_and_begin_again_tog
             turn_heads(endpoint, waits=False)
             with WorldClient("nao2", endpoint) as client:
                 client.send(Reset())
-            until(lambda: max(robot.seq for robot in robots) < 50, "the world to begin again")
+                until(lambda: max(robot.seq for robot in robots) < 50, "the world to begin again")
+                until(lambda: min(robot.seq for robot in robots) > 50, "the world to go on")
+                client.send(Reset(scope="robot"))
+                assert robots[1].seq < 50 < robots[0].seq
         finally:
             stop.set()
             thread.join(TIMEOUT)
@@ -122,3 +133,103 @@ def test_a_world_file_lists_unlike_robots_and_an_unlike_cycle_is_refused(start: 
     command = start("emulate", "--world", str(file), "--listen", free_endpoint(), "--out", str(tmp_path / "o"))
     assert command.wait() == 2
     assert "robots of one cycle share a world" in command.stderr
+
+
+JOINTS: Final = {"red": "HeadYaw", "blue": "LWristYaw", "green": "RWristYaw"}
+"""The joint that each robot is told to turn; a limp arm or head leaves them at 0."""
+PATTERN = """
+import math, sys
+import nao_hil
+from bridge.body.joints import INDEX
+endpoint, name, joint = sys.argv[1:]
+with nao_hil.connect(endpoint, robot=name, timeout=60.0) as robot:
+    position = list(robot.first_target)
+    while True:
+        position[INDEX[joint]] = 0.6 + 0.2 * math.sin(5.0 * robot.frame.time)
+        robot.step(position)
+"""
+
+
+def until_there(endpoint: str, count: int) -> None:
+    """Wait for so many robots of a link."""
+
+    def there() -> bool:
+        with contextlib.suppress(RobotSilent):
+            return len(link_robots(endpoint, 0.0)) == count
+        return False
+
+    until(there, "the robots")
+
+
+def world_of_three(folder: Path) -> Path:
+    """Unlike robots that hang: commands that cross are seen, and none falls."""
+    file = folder / "game.toml"
+    file.write_text(
+        "".join(
+            f'[[robots]]\nname = "{name}"\nrobot = "nao-v6"\nwear = "{wear}"\nseed = {i}\n'
+            f'start = "hang"\nat = [{float(i)}, 0.0]\n'
+            for i, (name, wear) in enumerate(zip(JOINTS, ("nominal", "worn", "ensemble:1"), strict=True))
+        )
+    )
+    return file
+
+
+def test_commands_never_cross_while_clients_are_killed_and_doubled_and_frames_copied(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    """Frames sent to one robot are sent to the others too, and again to itself."""
+    chance, out = random.Random(3), tmp_path / "run"
+    emulate = ("emulate", "--world", str(world_of_three(tmp_path)), "--engine", "mujoco", "--listen", endpoint)
+    command = start(*emulate, "--out", str(out), "--json")
+
+    def client(name: str) -> Any:
+        return start(endpoint, name, JOINTS[name], script=PATTERN)
+
+    until_there(endpoint, len(JOINTS))
+    with ExitStack() as opened:
+        guards = [opened.enter_context(GuardClient(name, endpoint, TIMEOUT)) for name in JOINTS]
+        session = opened.enter_context(open_client(endpoint))
+
+        def copy(sample: zenoh.Sample) -> None:
+            seal = sample.attachment.to_bytes() if sample.attachment else b""
+            if seal in seals or next(count) % 5:  # a copy itself, or one too many for a busy machine
+                return
+            seals.add(seal)
+            for name in JOINTS:
+                session.put(keys.topic_key(name, ActuatorFrame), sample.payload.to_bytes(), attachment=seal)
+
+        def active() -> bool:
+            with contextlib.suppress(RobotSilent):  # by a machine without time for it
+                return {guard.status().state for guard in guards} == {"active"}
+            return False
+
+        seals, count = set[bytes](), itertools.count()
+        opened.enter_context(session.declare_subscriber(keys.topic_key("*", ActuatorFrame), copy))
+        clients = {name: client(name) for name in JOINTS}
+        for _ in range(4):
+            until(active, "commands to each robot")
+            victim, doubled = chance.sample(list(JOINTS), 2)
+            pair = [client(doubled), clients[doubled]]
+            until(lambda: any(each.process.poll() is not None for each in pair), "the end of one of two")  # noqa: B023
+            (ended,) = [each for each in pair if each.process.poll() is not None]
+            # the second one, unless a starved first one was silent for so long that it lost the robot
+            assert "LeaseRefused" in ended.stderr or "RobotSilent" in ended.stderr
+            clients[doubled] = next(each for each in pair if each is not ended)
+            clients[victim].kill()
+            clients[victim] = client(victim)
+        until(active, "commands to each robot")
+        for each in clients.values():
+            each.kill()
+    command.interrupt()
+    for name, joint in JOINTS.items():
+        assert command.result["robots"][name]["commands_refused"] > 100
+        run = nao_hil.load(out / name)
+        measured, commands = run["sensors"]["position"], run["actuators"]
+        others = [INDEX[other] for other in JOINTS.values() if other != joint]
+        assert measured[:, INDEX[joint]].max() > 0.6
+        assert np.abs(measured[:, others]).max() < 0.3
+        # one frame of another robot would let these joints jump by 0.09 rad, which the guard allows in a cycle
+        steady = (cycles := np.diff(commands["reply_to"])) > 0
+        steady &= cycles <= 3  # no new client
+        assert steady.sum() > 500
+        assert np.abs(np.diff(commands["position"][:, others], axis=0))[steady].max() < 0.02

@@ -6,7 +6,7 @@ import contextlib
 import os
 import socket
 import stat
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bridge.errors import ConfigurationError, LinkError
 
@@ -20,7 +20,14 @@ class Address:
     port: int = 0
 
     def __str__(self) -> str:
-        return self.path or f"{self.host}:{self.port}"
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return self.path or f"{host}:{self.port}"
+
+    def of(self, number: int, robot: str) -> Address:
+        """That of one of several robots: `PATH-ROBOT`, or the port after so many others."""
+        if self.path:
+            return replace(self, path=f"{self.path}-{robot}")
+        return replace(self, port=self.port + number)
 
 
 def parse_address(text: str) -> Address:

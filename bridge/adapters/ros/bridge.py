@@ -150,7 +150,8 @@ class RosBridge:
 
     def _report_listeners(self, session: zenoh.Session, seq: int) -> None:
         """Report the nodes that listen to the robot, in the log and by notices."""
-        ours = {*self._publishers, *(f"{c}/{name}" for c in CAMERAS for name in ("image_raw", "camera_info"))}
+        pictures = (f"{c}/{name}" for c in CAMERAS for name in ("image_raw", "camera_info"))
+        ours = set(map(self._node.full, (*self._publishers, *pictures)))
         now = frozenset(one for one in self._node.listening if one.topic in ours)
         for one in now ^ self._reported:
             verb = "listens" if one in now else "no longer listens"
@@ -182,7 +183,7 @@ class RosBridge:
                     self._send_picture(name, picture, publishers[name], messages)
                 if picture is None or picture.done():
                     asked.pop(name, None)
-                    if {f"{name}/image_raw", f"{name}/camera_info"} & heard:
+                    if {self._node.full(f"{name}/{part}") for part in ("image_raw", "camera_info")} & heard:
                         asked[name] = feed.picture(camera, _PICTURE_WIDTH, 3 * _PICTURE_WIDTH // 4, RGB)
         feed.close()
 

@@ -68,12 +68,26 @@ class RosNode:
         name: of the node.
         domain: ROS domain.
         distro: a key of `DISTROS`.
+        namespace: of the node and its topics, one part; its `-` become `_`, which ROS allows. Empty: the root.
 
     Raises:
-        ConfigurationError: an unknown domain or distribution.
+        ConfigurationError: an unknown domain or distribution, or a namespace that begins with a digit.
     """
 
-    def __init__(self, session: zenoh.Session, name: str, domain: int = 0, distro: str = "jazzy") -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        name: str,
+        domain: int = 0,
+        distro: str = "jazzy",
+        *,
+        namespace: str = "",
+    ) -> None:
+        if namespace[:1].isdigit():
+            raise ConfigurationError(
+                f"Robot id {namespace} cannot be a namespace of ROS, which begins with a letter."
+            )
+        self._namespace = namespace.replace("-", "_")
         if not 0 <= domain <= MAX_DOMAIN:
             raise ConfigurationError(f"ROS domain {domain} is none; 0 to {MAX_DOMAIN} are.")
         self.store = get_typestore(DISTROS[check_distro(distro)])
@@ -100,7 +114,8 @@ class RosNode:
     def _token(self, kind: Kind | Literal["NN"], *rest: str) -> str:
         """Declare the liveliness token of the node or of one of its entities."""
         session, number = self._session.zid(), next(self._numbers)
-        parts = [str(self._domain), str(session), "0", str(number), kind, "%", "%", self._name, *rest]
+        space = f"%{self._namespace}"
+        parts = [str(self._domain), str(session), "0", str(number), kind, "%", space, self._name, *rest]
         token = "/".join(["@ros2_lv", *parts])
         self._entities.append(self._session.liveliness().declare_token(token))
         return token
@@ -110,14 +125,19 @@ class RosNode:
             kind, f"%{topic.replace('/', '%')}", dds_name(type_name), self._hash(type_name), quality
         )
 
+    def full(self, topic: str) -> str:
+        """A topic of the node's namespace, without a leading slash."""
+        return f"{self._namespace}/{topic}" if self._namespace else topic
+
     def publisher(self, topic: str, type_name: str, *, latched: bool = False) -> Publisher:
         """A publisher.
 
         Args:
-            topic: without a leading slash.
+            topic: of the node's namespace, without a leading slash.
             type_name: as `std_msgs/msg/String`.
             latched: later subscribers get the last message.
         """
+        topic = self.full(topic)
         token = self._declare("MP", topic, type_name, _LATCHED if latched else _RELIABLE)
         key = self._key(topic, type_name, self._hash(type_name))
         if latched:
@@ -129,10 +149,11 @@ class RosNode:
         return Publisher(inner, self.store, type_name, hashlib.sha256(token.encode()).digest()[:16])
 
     def subscribe(self, topic: str, type_name: str, receive: Callable[[Any], None]) -> None:
-        """Call `receive` with each valid message, in a thread of Zenoh's.
+        """Call `receive` with each valid message of a topic of the namespace, in a thread of Zenoh's.
 
         The key matches any hash of the type, so publishers may be of every distribution.
         """
+        topic = self.full(topic)
         self._declare("MS", topic, type_name, _RELIABLE)
 
         def on_sample(sample: zenoh.Sample) -> None:

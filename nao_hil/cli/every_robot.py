@@ -1,0 +1,87 @@
+"""One command for every robot of a link: a process each, so that none holds up another's cycle."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from bridge.errors import LinkError, RobotSilent
+from bridge.link.client import link_robots
+from nao_hil.cli.console import Answer, open_console
+from nao_hil.cli.signals import stop_event
+from nao_hil.runs.supervisor import Child
+
+Every = Annotated[
+    bool, typer.Option("--all", help="Every robot that is on the link now, a process each; without --name.")
+]
+_LOOK: Final = 0.2
+"""s between two looks at the processes."""
+_SETTLED: Final = 0.5
+"""s without a new robot after which all robots of a world are taken to be there."""
+_GRACE: Final = 10.0
+"""s that a process has to end by itself."""
+
+
+def for_every_robot(connect: str, arguments: Callable[[int, str], list[str]]) -> Answer | int:
+    """Run a command for each robot of a link until a signal comes.
+
+    Args:
+        connect: Zenoh endpoint of the link; waits until robots are there.
+        arguments: Of the command, by the robot's number from 0 and its id; `--name`, `--connect` and `--json`
+            are added.
+
+    Raises:
+        LinkError: one of the processes ended by itself; the others are ended then.
+    """
+    stop = stop_event()
+    names = _all_robots(connect, stop)
+    if stop.is_set():
+        return 130
+    with tempfile.TemporaryDirectory(prefix="nao-hil-") as folder:
+        children = [
+            Child(name, [*arguments(i, name), "--name", name, "--connect", connect, "--json"], Path(folder))
+            for i, name in enumerate(names)
+        ]
+        shown = dict.fromkeys(names, 0)
+        while not stop.wait(_LOOK) and all(child.running for child in children):
+            _show(children, shown)
+        ended = [] if stop.is_set() else [child for child in children if not child.running]
+        for child in children:
+            child.ask_to_end()
+        outcomes = {child.name: child.end(_GRACE) for child in children}
+        _show(children, shown)
+    answer = {"robots": {name: outcome.result for name, outcome in outcomes.items()}}
+    why = " ".join(f"Robot `{child.name}`: {outcomes[child.name].error}" for child in ended)
+    return Answer(answer, error=LinkError(why) if why else None)
+
+
+def _all_robots(connect: str, stop: threading.Event) -> list[str]:
+    """Ids of the robots, once there are some and no more come; empty: stopped."""
+    console, found = open_console(), list[str]()
+    while not stop.is_set():
+        try:
+            names = link_robots(connect, 0.0)
+        except RobotSilent:
+            names = []
+        if names and names == found:
+            return names
+        if not names and not found:
+            console.print(f"waiting for robots at {connect}")
+        found = names
+        stop.wait(_SETTLED)
+    return []
+
+
+def _show(children: list[Child], shown: dict[str, int]) -> None:
+    """Print what the processes have reported, each line after its robot."""
+    for child in children:
+        text = child.stderr
+        end = text.rfind("\n") + 1
+        for line in text[shown[child.name] : end].splitlines():
+            open_console().print(f"{child.name}: {line}", highlight=False, soft_wrap=True)
+        shown[child.name] = max(end, shown[child.name])
