@@ -7,6 +7,7 @@ import math
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
@@ -39,8 +40,18 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import FAULTS, LiveRun
-from nao_hil.view.orders import ABSENCE_TIMEOUT, JOINT_RATE, RESTART, Driving, Hand, Orders, SlowMotion
+from nao_hil.view.follow import FAULTS, LinkFollower, LiveRun
+from nao_hil.view.live import LinkRobot
+from nao_hil.view.orders import (
+    ABSENCE_TIMEOUT,
+    JOINT_RATE,
+    RESTART,
+    Driving,
+    Hand,
+    Orders,
+    SlowMotion,
+    answered,
+)
 from nao_hil.view.page import page
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
@@ -48,7 +59,7 @@ from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
-from tests.frames import walk_status, walk_telemetry
+from tests.frames import truth_frame, walk_status, walk_telemetry
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_port
@@ -100,6 +111,28 @@ def test_a_row_holds_the_true_pose_the_forces_and_every_signal(standing: list[Cy
     }
     assert {name: signals[name] for name in expected} == pytest.approx(expected, abs=0.006)
     assert math.isnan(signals["ZMP margin planned"])  # no walker has said anything
+
+
+def test_a_row_holds_the_pose_of_each_other_robot_of_the_world_by_its_name(standing: list[Cycle]) -> None:
+    bodies = {"blue": load_body("nao-v6"), "green": BODY, "white": BODY}
+    turn = (0.0, 0.0, math.sin(0.4), math.cos(0.4))
+    joints = tuple(0.01 * i for i in range(len(JOINTS)))
+    blue = truth_frame(torso_position=(1.0, -0.5, 0.3), torso_orientation=turn, joints=joints)
+    rows = RunRows(BODY, None, bodies)
+    balance = BalanceEstimator(BODY).update(standing[-1])
+    row = rows.row(balance, others={"blue": blue, "green": standing[-1].truth, "white": None})
+    header, tables = unpacked(rows.pack(np.array([row]), []))
+    assert [other["name"] for other in header["others"]] == ["blue", "green", "white"]  # type: ignore[index, attr-defined]
+    poses = tables["others"].reshape(3, 32)
+    w, x, y, z = poses[0, 3:7]
+    np.testing.assert_allclose(poses[0], [1.0, -0.5, 0.3, w, x, y, z, *joints], atol=1e-4)
+    np.testing.assert_allclose(matrix((x, y, z, w)), matrix(turn), atol=1e-3)
+    assert standing[-1].truth is not None
+    np.testing.assert_allclose(poses[1, :3], standing[-1].truth.torso_position, atol=1e-4)
+    assert np.isnan(poses[2]).all()
+    # own body with the ground, and the other one; each piece of a link of its body
+    bodies_ = header["bodies"]
+    assert len(bodies_) == 2 and [o["body"] for o in header["others"]] == [1, 0, 0]  # type: ignore[arg-type, index, attr-defined]
 
 
 def test_every_chart_shows_signals_that_there_are() -> None:
@@ -267,7 +300,7 @@ def order(commands: FakeCommands, driving: Driving, tmp_path: Path) -> Callable[
     config = tmp_path / "config.toml"
     config.write_text('robot = "nao-v3"\n')
     orders = Orders(commands, driving, None, BODY, lambda: config)  # type: ignore[arg-type]
-    return lambda doing, **fields: orders.carry_out(json.dumps({"do": doing, **fields}))
+    return lambda doing, **fields: answered(json.dumps({"do": doing, **fields}), orders.execute)  # type: ignore[arg-type]
 
 
 def test_orders_become_the_links_own_commands(
@@ -304,6 +337,41 @@ def test_a_robot_that_does_not_answer_is_told(
 ) -> None:
     commands.there = False
     assert order("stop", how="crouch") == ("No robot `nao` at tcp/127.0.0.1:7447 answered `stop`.", False)
+
+
+@pytest.fixture
+def link(commands: FakeCommands) -> tuple[LinkFollower, FakeCommands]:
+    """A link with the chosen robot `red`, and `blue`; the commands that reach `blue`."""
+    server, others = SimpleNamespace(absence=0.0), FakeCommands()
+    follower = LinkFollower(server, "red", "tcp/127.0.0.1:1", threading.Event())  # type: ignore[arg-type]
+    for name, taken in (("red", commands), ("blue", others)):
+        driving = Driving(lambda taken=taken: taken, lambda: 0.0)  # type: ignore[misc, return-value]
+        follower.follower(name)._orders = Orders(taken, driving, None, BODY, None)  # type: ignore[arg-type]
+        follower.robots.found[name] = LinkRobot(BODY, deque())
+    return follower, others
+
+
+def test_an_order_reaches_the_robot_that_the_page_showed_whichever_is_chosen_since(
+    link: tuple[LinkFollower, FakeCommands], commands: FakeCommands
+) -> None:
+    follower, others = link
+    push = {"op": "push", "impulse": [1, 0, 0]}
+    for robot in ({"robot": "blue"}, {"robot": "red"}, {}):
+        answer, done = follower.carry_out(json.dumps({"do": "world", "command": push, **robot}))
+        assert done and answer.startswith(robot.get("robot", "red"))
+    assert len(others.sent) == 1 and len(commands.sent) == 2
+    assert follower.carry_out('{"do":"choose","robot":"blue"}')[1]
+    follower.carry_out(json.dumps({"do": "world", "command": push}))
+    assert len(others.sent) == 2
+    answer, done = follower.carry_out('{"do":"choose","robot":"blu"}')
+    assert not done and "'blue'" in answer
+
+
+def test_a_stop_of_all_robots_says_that_it_reached_none(
+    link: tuple[LinkFollower, FakeCommands],
+) -> None:
+    answer, done = link[0].carry_out('{"do":"stop-all"}')  # nothing listens there
+    assert not done and "tcp/127.0.0.1:1" in answer
 
 
 def test_keys_drive_as_those_of_the_terminal(
