@@ -384,6 +384,7 @@ def world_json(world: WorldReply | None) -> dict[str, Any]:
         "floor": rotation(*floor, 0.0)[:, 2].tolist(),
         "objects": [
             {
+                "name": o.name,
                 "shape": o.shape,
                 "size": o.size,
                 "position": o.position,

@@ -120,7 +120,11 @@ class Live {
     if (!header) return;
     if (message.prints) message.prints.forEach((print) => run.print(print));
     if (message.events) Object.assign(header, { events: message.events, fall: message.fall }), this.player.events();
-    if (message.world) Object.assign(header, message.world);
+    if (message.world) {
+      const before = new Map(header.objects.map((object) => [object.name, objectPose(object)])), since = performance.now();
+      for (const object of message.world.objects) Object.assign(object, { before: before.get(object.name), since });
+      Object.assign(header, message.world);
+    }
     if (message.state) (header.live.state = message.state), this.state(message.state);
   }
 

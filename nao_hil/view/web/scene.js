@@ -25,7 +25,8 @@ uniform sampler2D shade; uniform vec3 middle; uniform vec2 dark;
 float shaded(vec3 at) {
   vec2 uv = 0.5 + 0.5 * (at.xy - middle.xy) / 0.9;
   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
-  vec2 s = texture(shade, uv).rg;
+  vec2 edge = min(uv, 1.0 - uv);
+  vec2 s = texture(shade, uv).rg * smoothstep(0.0, 0.12, min(edge.x, edge.y));
   return (1.0 - dark.x * s.r) * (1.0 - dark.y * s.g);
 }`;
 const MESH_FRAGMENT = `#version 300 es
@@ -75,8 +76,8 @@ float lines(float cell, float wide) {
 }
 void main() {
   float away = length(at.xy - middle.xy) / reach, far = 1.0 - smoothstep(0.8, 4.5, away);
-  vec3 ground = all(lessThan(abs(at.xy), carpet)) ? carpet_colour : floor_colour;
-  vec3 base = mix(ground, line, max(0.16 * lines(0.1, 1.0), 0.5 * lines(0.5, 1.2)));
+  bool green = all(lessThan(abs(at.xy), carpet));
+  vec3 base = mix(green ? carpet_colour : floor_colour, line, (green ? 0.4 : 1.0) * max(0.16 * lines(0.1, 1.0), 0.5 * lines(0.5, 1.2)));
   colour = vec4(base * shaded(at), far);
 }`;
 const BLUR_VERTEX = `#version 300 es
@@ -101,6 +102,7 @@ const CREASE_COSINE = 0.6; // cosine of the angle over which an edge is drawn sh
 const CORNER_SIZE = 10; // numbers of a corner: position, normal, colour, link
 const CASTER_CELL = 0.016; // m
 const SHADOW_SIZE = { software: 128, card: 256 }; // pixels of the picture of the shadow
+const REPORT_TIME = 170; // ms in which an object moves to where it is reported: they are reported as often
 const SHADOW_REACH = 1.6; // m from the middle of the picture of the shadow to a robot that may cast some into it
 const BLUR_STEP = 0.0047; // of that picture, between two samples of its blur
 const RIBBON_WIDTH = 0.003, HALF_BAR_WIDTH = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
@@ -194,7 +196,8 @@ function coarse(numbers, indices) {
   return new Uint32Array(out);
 }
 
-// A ball of radius 1, a cube of edge 1, or an upright cylinder of diameter and height 1, as triangles in the frame 0.
+// A ball of radius 1, a cube of edge 1, or an upright cylinder of diameter and height 1, as triangles. What is in the
+// frame 0 is ground, on which shadows fall; balls and cylinders, in the frame 1, cast some.
 // The ball has dark spots, so that one that has no tint is seen to roll.
 function ball() {
   const out = [], n = 14;
@@ -203,7 +206,7 @@ function ball() {
     for (let k = 0; k < n; k++)
       for (const [a, b] of [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]]) {
         const p = point(i + a, k + b);
-        out.push(...p, ...p, ...(Math.max(...p.map(Math.abs)) > 0.93 ? [0.12, 0.12, 0.14] : [0.93, 0.93, 0.95]), 0);
+        out.push(...p, ...p, ...(Math.max(...p.map(Math.abs)) > 0.93 ? [0.12, 0.12, 0.14] : [0.93, 0.93, 0.95]), 1);
       }
   return new Float32Array(out);
 }
@@ -211,7 +214,7 @@ function ball() {
 function cylinder() {
   const out = [], n = 24;
   const rim = (k, z) => [0.5 * Math.cos((2 * Math.PI * k) / n), 0.5 * Math.sin((2 * Math.PI * k) / n), z];
-  const add = (p, normal) => out.push(...p, ...normal, 1, 1, 1, 0);
+  const add = (p, normal) => out.push(...p, ...normal, 1, 1, 1, 1);
   for (let k = 0; k < n; k++) {
     for (const [a, z] of [[0, -0.5], [1, -0.5], [1, 0.5], [0, -0.5], [1, 0.5], [0, 0.5]]) add(rim(k + a, z), [...rim(k + a, 0).slice(0, 2).map((x) => 2 * x), 0]);
     for (const side of [-1, 1]) for (const p of [[0, 0, 0.5 * side], rim(k + (side < 0 ? 1 : 0), 0.5 * side), rim(k + (side < 0 ? 0 : 1), 0.5 * side)]) add(p, [0, 0, side]);
@@ -227,7 +230,7 @@ function cube() {
         const p = [0, 0, 0], n = [0, 0, 0];
         p[axis] = side;
         n[axis] = 2 * side;
-        [p[(axis + 1) % 3], p[(axis + 2) % 3]] = [u, v];
+        [p[(axis + 1) % 3], p[(axis + 2) % 3]] = side > 0 ? [u, v] : [v, u]; // seen from outside each turns to the left
         out.push(...p, ...n, 1, 1, 1, 0);
       }
   return new Float32Array(out);
@@ -352,7 +355,7 @@ class Scene {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     this.ground(camera, colours);
-    this.flats(this.lines(), 0.9);
+    this.flats(this.lines(), 1);
     if (overlays.estimate) for (const actor of actors) this.outline(actor, colours);
     for (const actor of actors) this.marks(actor, overlays, push);
     gl.disable(gl.BLEND);
@@ -395,6 +398,7 @@ class Scene {
       this.place(actor);
       for (const pass of [1, 2]) this.solids(actor.model.caster, [0, 0, 0, 1], pass);
     }
+    for (const pass of [1, 2]) this.objects(pass);
     gl.blendEquation(gl.FUNC_ADD);
     gl.disable(gl.BLEND);
     gl.useProgram(this.blur.program);
@@ -428,17 +432,18 @@ class Scene {
     else gl.drawArrays(gl.TRIANGLES, 0, shapes.count);
   }
 
-  single(shapes, at, attitude, size, tint) {
-    frameMatrix(this.one, 0, at, attitude, size);
+  single(shapes, at, attitude, size, tint, pass = 0) {
+    for (const frame of [0, 1]) frameMatrix(this.one, frame, at, attitude, size);
     this.gl.useProgram(this.mesh.program);
     this.gl.uniformMatrix4fv(this.mesh.at("frames"), false, this.one);
-    this.solids(shapes, tint, 0);
+    this.solids(shapes, tint, pass);
   }
 
-  objects() {
-    for (const { shape, size, position, attitude, colour } of this.header.objects) {
-      if (shape === "ball") this.single(this.ball, position, attitude, size.map((edge) => 0.5 * edge), OWN_COLOURS);
-      else this.single(shape === "pole" ? this.cylinder : this.cube, position, attitude, size, [...colour.map((x) => x / 255), 1]);
+  objects(pass = 0) {
+    for (const object of this.header.objects) {
+      const { shape, size, colour } = object, { position, attitude } = objectPose(object);
+      if (shape === "ball") this.single(this.ball, position, attitude, size.map((edge) => 0.5 * edge), OWN_COLOURS, pass);
+      else this.single(shape === "pole" ? this.cylinder : this.cube, position, attitude, size, [...colour.map((x) => x / 255), 1], pass);
     }
   }
 
@@ -578,6 +583,14 @@ class Scene {
     const [u, v] = [0, 1].map((k) => (m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]) / w);
     return [0.5 * (1 + u) * this.canvas.clientWidth, 0.5 * (1 - v) * this.canvas.clientHeight];
   }
+}
+
+// Pose of an object on its way from the last one that was reported, `before`, since the time `since`, ms.
+function objectPose({ position, attitude, before, since }) {
+  const share = before ? Math.min((performance.now() - since) / REPORT_TIME, 1) : 1;
+  if (share === 1) return { position, attitude };
+  const flip = attitude.reduce((sum, x, k) => sum + x * before.attitude[k], 0) < 0 ? -1 : 1;
+  return { position: position.map((x, k) => before.position[k] + share * (x - before.position[k])), attitude: attitude.map((x, k) => flip * before.attitude[k] * (1 - share) + share * x) };
 }
 
 function renderer() {
