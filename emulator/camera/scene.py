@@ -175,7 +175,7 @@ def objects_of(world: WorldReply, white: Sequence[str] = ()) -> list[Solid]:
 def _object(thing: WorldObject, colour: Colour) -> Solid:
     centre, R, half = np.array(thing.position), matrix(thing.orientation), 0.5 * np.array(thing.size)
     if thing.shape == "ball":
-        return Ball(centre, float(half[0]), colour)
+        return Ball(centre, float(half[0]), _WHITE, R)
     if thing.shape == "pole":
         return Cylinder(centre, half[2] * R[:, 2], float(half[0]), colour)
     return box(centre, R, half, colour)

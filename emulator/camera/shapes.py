@@ -18,6 +18,8 @@ Colour = tuple[float, float, float]
 NEAR: Final = 0.01
 """Depth from which something is seen, m."""
 _PARALLEL: Final = 1e-12
+_SPOT: Final = 0.93
+"""Cosine of the angle from the middle of a ball's spot to its edge."""
 
 
 class Solid(Protocol):
@@ -49,12 +51,14 @@ class Solid(Protocol):
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball of one colour."""
+    """A ball of one colour, or with dark spots."""
 
     centre: Array
     radius: float
     """Its radius, m."""
     colour: Colour
+    spotted: Array | None = None
+    """Its axes, ball to world, (3, 3): a spot is around each end of each; None: no spots."""
 
     @property
     def hull(self) -> Array:
@@ -67,7 +71,11 @@ class Ball:
 
     def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """See `Solid`."""
-        return _plain(self.colour, points), (points - self.centre) / self.radius
+        colours, normals = _plain(self.colour, points), (points - self.centre) / self.radius
+        if self.spotted is not None:
+            spots = np.abs(normals @ self.spotted).max(axis=1) > _SPOT
+            colours = np.where(spots[:, None], 0.1, colours)
+        return colours, normals
 
 
 @dataclass(frozen=True)

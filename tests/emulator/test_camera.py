@@ -160,6 +160,22 @@ def test_rays_strike_a_pole_where_a_ray_march_does() -> None:
             assert (np.einsum("ij,ij->i", normals, rays[both]) < 1e-9).all()
 
 
+def test_a_ball_that_can_be_touched_is_white_with_dark_spots_that_turn_with_it() -> None:
+    """The spots, of 21.6 degrees about six points, cover six times (1 - 0.93) / 2 of its surface."""
+    normals = np.random.default_rng(0).normal(size=(20000, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    turn = (0.0, 0.0, math.sin(0.3), math.cos(0.3))
+    thing = WorldObject(
+        name="b", shape="ball", size=(0.1,) * 3, position=(1.0, 2.0, 0.05), orientation=turn, mass=0.044
+    )
+    (solid,) = objects_of(world(boxes=(thing,)))
+    colours, _ = solid.colours_and_normals(np.array(thing.position) + 0.05 * normals)
+    dark = colours[:, 0] < 0.2
+    assert dark.mean() == pytest.approx(0.21, abs=0.01) and colours[~dark].min() > 0.9
+    ahead = normals @ (math.cos(0.6), math.sin(0.6), 0.0) > 0.95  # its x axis, turned by 0.6 rad
+    assert dark[ahead].all() and not dark[normals[:, 0] > 0.98].any()
+
+
 def test_a_pole_is_as_wide_from_all_sides_and_a_box_is_not() -> None:
     """0.2 m in diameter at 1 m, turned about its axis by half a right angle."""
     turn = (0.0, 0.0, math.sin(math.pi / 8.0), math.cos(math.pi / 8.0))

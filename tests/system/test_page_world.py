@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,9 +44,10 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         *("--listen", endpoint, "--out", str(run)),
     )
     start("view", "--connect", endpoint, "--port", str(port))
-    guards = {name: GuardClient(name, endpoint) for name in ("red", "blue")}
-    with browser_page(errors) as page, WorldClient("blue", endpoint) as world:
+    with ExitStack() as opened, browser_page(errors) as page:
         open_page(page, port)
+        world = opened.enter_context(WorldClient("blue", endpoint))
+        guards = {name: opened.enter_context(GuardClient(name, endpoint)) for name in ("red", "blue")}
         chooser = page.get_by_label("robot that is shown and gets the orders")
         until(lambda: chooser.locator("option").count() == 2, "both robots")
         assert chooser.input_value() == "red"
@@ -68,8 +70,6 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         until(lambda: not guards["red"].status().armed, "the stop of all")
         until(lambda: "red: " in page.inner_text("#toast"), "the answer of each")
         assert errors == []
-    for guard in guards.values():
-        guard.close()
     emulate.interrupt()
 
     other = free_port()
