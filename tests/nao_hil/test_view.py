@@ -22,10 +22,13 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import LinkError
-from bridge.messages import ActuatorFrame, Notice, WalkTelemetry
+from bridge.link import RobotLink, keys
+from bridge.link.query import serve_query
+from bridge.link.session import open_robot
+from bridge.messages import ActuatorFrame, Notice, WalkTelemetry, decode, encode
 from bridge.messages.faults import Fault
 from bridge.messages.frames import ORDER
-from bridge.messages.guard import GuardStatus
+from bridge.messages.guard import GuardStatus, StopRequest
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import Pause, Press, Push, Resume, StartFault, Step
 from bridge.messages.world_state import WorldReply
@@ -41,7 +44,7 @@ from nao_hil.drive.driver import HOLD, SPEED_STEPS
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
 from nao_hil.view.follow import FAULTS, LinkFollower, LiveRun
-from nao_hil.view.live import LinkRobot
+from nao_hil.view.live import LinkRobot, LinkRobots, stop_all
 from nao_hil.view.orders import (
     ABSENCE_TIMEOUT,
     JOINT_RATE,
@@ -59,10 +62,10 @@ from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
-from tests.frames import truth_frame, walk_status, walk_telemetry
+from tests.frames import info_of_robot, truth_frame, walk_status, walk_telemetry
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
-from tests.ports import free_port
+from tests.ports import free_endpoint, free_port
 from walker.gaits import gait_parameters
 
 BODY = load_body("nao-v3")
@@ -365,6 +368,43 @@ def test_an_order_reaches_the_robot_that_the_page_showed_whichever_is_chosen_sin
     assert len(others.sent) == 2
     answer, done = follower.carry_out('{"do":"choose","robot":"blu"}')
     assert not done and "'blue'" in answer
+
+
+def test_a_stop_of_all_robots_reaches_each_and_names_the_one_that_is_silent() -> None:
+    endpoint, reached = free_endpoint(), list[bytes]()
+    down = GuardStatus(seq=1, state="crouch", reason="stop", armed=False, text="It goes down.")
+    with open_robot(endpoint) as session:
+        answering = serve_query(
+            session, keys.key("red", keys.STOP), lambda payload, _: reached.append(payload) or encode(down)
+        )
+        assert stop_all(["red"], endpoint) == "red: It goes down."
+        with pytest.raises(LinkError, match="`blue`: no answer"):
+            stop_all(["blue", "red"], endpoint)
+        assert [decode(payload, StopRequest).how for payload in reached] == ["crouch"] * 2
+        answering.undeclare()
+
+
+def test_the_robots_of_a_link_come_and_go_with_their_newest_truth() -> None:
+    endpoint = free_endpoint()
+    robots = LinkRobots(endpoint)
+    assert robots.update() == {}
+    with RobotLink(info_of_robot(robot="nao10"), endpoint) as first:
+        until(robots.update, "the first robot")
+        with RobotLink(info_of_robot(robot="nao2", body="nao-v4"), endpoint, beside=first) as second:
+            until(lambda: list(robots.update()) == ["nao2", "nao10"], "the second robot")
+            assert robots.found["nao2"].body.name == "nao-v4" and robots.found["nao2"].truth is None
+
+            def shows(seq: int) -> bool:
+                """Whether a truth that is published arrives, also where the first one is too early for it."""
+                second.publish(truth_frame(seq))
+                truth = robots.found["nao2"].truth
+                return truth is not None and truth.seq == seq
+
+            for seq in (1, 2):
+                until(lambda seq=seq: shows(seq), "its newest truth")  # type: ignore[misc]
+            assert robots.found["nao10"].truth is None
+        until(lambda: list(robots.update()) == ["nao10"], "the end of the second one")
+    robots.close()
 
 
 def test_a_stop_of_all_robots_says_that_it_reached_none(
