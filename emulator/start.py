@@ -40,7 +40,7 @@ _FOUNDATION_DEPTH = 0.02
 
 
 def add_terrain(world: World, terrain: Terrain) -> None:
-    """Fix tiles and heightfield on the floor of a world."""
+    """Fix tiles and heightfield on the floor of a world, and paint it."""
     engine = world.engine
     if terrain.grid is not None:
         grid = terrain.grid
@@ -75,7 +75,7 @@ def build_world(engine: str, settings: PhysicsSettings, scenario: Scenario, seed
     world = World(opened, surface, math.radians(floor.roll), math.radians(floor.pitch))
     world.again = partial(build_world, engine, settings, scenario, seed)
     add_terrain(world, terrain_of(scenario, np.random.default_rng(seed).spawn(2)[0]))
-    for box in scenario.boxes:
+    for box in scenario.objects():
         shape = solid(box.shape, box.size, box.mass, box.friction)
         world.add_object(box.name, shape, box.at, math.radians(box.yaw), height=box.height)
     for thing in scenario.things:

@@ -96,11 +96,33 @@ class HeightGrid(msgspec.Struct, frozen=True):
     """Rows from right to left (y), each from back to front (x), m."""
 
 
+class Stripe(msgspec.Struct, frozen=True):
+    """A straight white line on the floor, floor frame; its ends are half its width beyond `begin` and `end`."""
+
+    begin: Vec2
+    """m"""
+    end: Vec2
+    """m"""
+    width: Finite
+    """m"""
+
+
+class Field(msgspec.Struct, frozen=True):
+    """A playing field: a green carpet with lines, in the middle of the floor."""
+
+    size: Vec2
+    """Of the carpet along x and y, m."""
+    stripes: tuple[Stripe, ...]
+    goals: tuple[str, ...]
+    """Names of the objects that are its goals, white posts and bars."""
+
+
 class Terrain(msgspec.Struct, frozen=True):
-    """Uneven ground: tiles or a height grid."""
+    """The ground: uneven by tiles or a height grid, and painted with a field."""
 
     tiles: tuple[Tile, ...] = ()
     grid: HeightGrid | None = None
+    field: Field | None = None
 
 
 class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -122,4 +144,4 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     faults: tuple[str, ...]
     """Names of the faults in force."""
     terrain: Terrain | None = None
-    """Tiles and heights, for a `status` with `terrain`; otherwise None."""
+    """Tiles, heights and field, for a `status` with `terrain`; otherwise None."""

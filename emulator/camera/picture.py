@@ -14,12 +14,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.messages.world_state import Field
 from bridge.types import Array, Vec2
 from emulator.camera.shapes import Solid, window
 
 TILE: Final = 0.25
 """Edge of the floor's squares, m."""
 _TILES: Final = np.array(((0.42, 0.55, 0.42), (0.50, 0.63, 0.50)))
+_CARPET: Final = np.array((0.16, 0.42, 0.20))
+_LINE: Final = np.array((0.92, 0.93, 0.92))
+_PIXEL: Final = 0.005
+"""Edge of the pixels of a painted field, m."""
 _WALL: Final = np.array((0.80, 0.82, 0.85))
 _FAR: Final = 12.0
 """Depth at which the floor has become the wall's colour, m."""
@@ -48,6 +53,40 @@ class Floor:
 
     origin: Array
     R: Array
+    field: PaintedField | None = None
+
+
+class PaintedField:
+    """Carpet and lines of a field as a map of the floor.
+
+    Args:
+        field: As the world reports it.
+    """
+
+    def __init__(self, field: Field) -> None:
+        self._half = 0.5 * np.array(field.size)
+        shape = np.ceil(np.array(field.size) / _PIXEL).astype(int)
+        self._white = np.zeros(shape, dtype=bool)
+        for stripe in field.stripes:
+            self._paint(np.array(stripe.begin), np.array(stripe.end), 0.5 * stripe.width)
+
+    def _paint(self, begin: Array, end: Array, half: float) -> None:
+        length = float(np.linalg.norm(end - begin))
+        along = (end - begin) / length
+        low, high = np.minimum(begin, end) - 2.0 * half, np.maximum(begin, end) + 2.0 * half
+        first = np.maximum(np.floor((low + self._half) / _PIXEL).astype(int), 0)
+        last = np.minimum(np.ceil((high + self._half) / _PIXEL).astype(int), self._white.shape)
+        x, y = ((np.arange(a, b) + 0.5) * _PIXEL - h for a, b, h in zip(first, last, self._half, strict=True))
+        dx, dy = x[:, None] - begin[0], y[None, :] - begin[1]
+        way, across = dx * along[0] + dy * along[1], dx * along[1] - dy * along[0]
+        inside = (way >= -half) & (way <= length + half) & (np.abs(across) <= half)
+        self._white[first[0] : last[0], first[1] : last[1]] |= inside
+
+    def paint(self, x: Array, y: Array, colours: Array) -> None:
+        """Change the colours (n, 3) at points of the floor (n,), m, to those of carpet and lines."""
+        inside = (np.abs(x) < self._half[0]) & (np.abs(y) < self._half[1])
+        rows, columns = ((np.array((x, y))[:, inside] + self._half[:, None]) / _PIXEL).astype(int)
+        colours[inside] = np.where(self._white[rows, columns][:, None], _LINE, _CARPET)
 
 
 def draw(view: View, floor: Floor, solids: Sequence[Solid], width: int, height: int) -> NDArray[np.uint8]:
@@ -102,11 +141,15 @@ def _background(view: View, floor: Floor, rays: Array, depth: Array) -> Array:
     below = fall < -1e-6 if height > 0.0 else np.zeros(fall.shape, dtype=bool)
     far = -height / fall[below]
     depth[below] = far
-    squares = np.zeros(far.shape)
-    for axis in (floor.R[:, 0], floor.R[:, 1]):
-        squares += np.floor(((view.eye - floor.origin) @ axis + far * (rays @ axis)[below]) / TILE)
+    x, y = (
+        (view.eye - floor.origin) @ axis + far * (rays @ axis)[below] for axis in (floor.R[:, 0], floor.R[:, 1])
+    )
+    squares = (np.floor(x / TILE) + np.floor(y / TILE)).astype(int) % 2
+    colours = np.take(_TILES, squares, axis=0)
+    if floor.field is not None:
+        floor.field.paint(x, y, colours)
     haze = np.minimum(far / _FAR, 1.0)[:, None]
-    picture[below] = _WALL * haze + np.take(_TILES, squares.astype(int) % 2, axis=0) * (1.0 - haze)
+    picture[below] = _WALL * haze + colours * (1.0 - haze)
     return picture
 
 

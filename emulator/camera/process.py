@@ -28,15 +28,15 @@ from bridge.link.query import ask
 from bridge.link.session import open_client, subscribe
 from bridge.messages import Info, TruthFrame, decode
 from bridge.messages.world import Status
-from bridge.messages.world_state import WorldReply
+from bridge.messages.world_state import Field, WorldReply
 from bridge.types import Array
-from emulator.camera.picture import draw, hidden
+from emulator.camera.picture import PaintedField, draw, hidden
 from emulator.camera.scene import (
     CameraScene,
-    boxes_of,
     encode_picture,
     facing_away,
     floor_of,
+    objects_of,
     picture_file,
     thing_of,
 )
@@ -67,6 +67,8 @@ class CameraProcess:
         self._pipe = pipe
         self._truth: tuple[float, bytes] | None = None
         self._world: WorldReply | None = None
+        self._field: Field | None = None
+        self._painted: PaintedField | None = None
         self._session = open_client(endpoint, _CONNECT)
         answer = ask(self._session, keys.key(robot, keys.INFO), b"", _CONNECT, LinkError)
         if answer is None:
@@ -87,7 +89,12 @@ class CameraProcess:
         self._asked.wait()
         while True:
             with contextlib.suppress(NaoHilError):  # the robot is unreachable
-                self._world = self._client.send(Status())
+                before, world = self._world, self._client.send(Status())
+                if before is None or world.time < before.time:  # the ground is another one after a restart
+                    terrain = self._client.send(Status(terrain=True)).terrain
+                    self._field = terrain.field if terrain is not None else None
+                    self._painted = None if self._field is None else PaintedField(self._field)
+                self._world = world
             time.sleep(1.0 / WORLD_RATE)
 
     def _now(self) -> tuple[float, TruthFrame, WorldReply] | None:
@@ -134,8 +141,9 @@ class CameraProcess:
         space: int,
         file: str,
     ) -> bytes:
-        solids = [*self._scene.limbs(links), *boxes_of(world), *map(thing_of, world.things)]
-        rgb = draw(self._scene.view(camera, links), floor_of(world), solids, width, height)
+        white = self._field.goals if self._field is not None else ()
+        solids = [*self._scene.limbs(links), *objects_of(world, white), *map(thing_of, world.things)]
+        rgb = draw(self._scene.view(camera, links), floor_of(world, self._painted), solids, width, height)
         return picture_file(rgb, space, file) if file else encode_picture(rgb, space)
 
     def _report(self) -> None:
@@ -154,7 +162,7 @@ class CameraProcess:
         if not world.things:
             return []
         links = self._scene.links(truth)
-        others = [*self._scene.limbs(links), *boxes_of(world)]
+        others = [*self._scene.limbs(links), *objects_of(world)]
         head = [truth.joints[INDEX[name]] for name in ("HeadYaw", "HeadPitch")]
         sightings = []
         for camera in (0, 1):

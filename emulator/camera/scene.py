@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from io import BytesIO
 from typing import Final
 
@@ -21,11 +22,11 @@ from bridge.body.cameras import CAMERA_LINK, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.kinematics import homogeneous
 from bridge.messages import TruthFrame
-from bridge.messages.world_state import WorldReply, WorldThing
+from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
 from bridge.rotations import R_pitch, about_axis, matrix, rotation
 from bridge.types import Array
-from emulator.camera.picture import Floor, View
-from emulator.camera.shapes import Ball, Capsule, Colour, Convex, Disc, Solid, face, landmark
+from emulator.camera.picture import Floor, PaintedField, View
+from emulator.camera.shapes import Ball, Capsule, Colour, Convex, Cylinder, Disc, Solid, face, landmark
 from emulator.engine.shapes import BoxShape, PrismShape, Shape, SphereShape, link_shapes
 
 _YUV: Final = np.array(((0.299, 0.587, 0.114), (-0.168736, -0.331264, 0.5), (0.5, -0.418688, -0.081312)))
@@ -102,6 +103,7 @@ def _hue_saturation(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 RED = (0.85, 0.08, 0.06)
 _WOOD = (0.83, 0.64, 0.36)
+_WHITE = (0.92, 0.93, 0.92)
 
 
 class CameraScene:
@@ -155,24 +157,28 @@ class CameraScene:
         return Capsule(centre - half, centre + half, shape.radius, colour)
 
 
-def floor_of(world: WorldReply) -> Floor:
-    """The floor.
+def floor_of(world: WorldReply, field: PaintedField | None = None) -> Floor:
+    """The floor, with a field on it.
 
     A tilted one passes through the world's origin, as a scenario's does; one that an event tilts about another
     point is drawn shifted.
     """
     roll, pitch = world.floor
-    return Floor(np.zeros(3), rotation(roll, pitch, 0.0))
+    return Floor(np.zeros(3), rotation(roll, pitch, 0.0), field)
 
 
-def boxes_of(world: WorldReply) -> list[Solid]:
-    """The objects; a pole as the box around it."""
-    return [
-        Ball(np.array(o.position), 0.5 * o.size[0], _WOOD)
-        if o.shape == "ball"
-        else box(np.array(o.position), matrix(o.orientation), 0.5 * np.array(o.size), _WOOD)
-        for o in world.objects
-    ]
+def objects_of(world: WorldReply, white: Sequence[str] = ()) -> list[Solid]:
+    """The objects of the world; `white`: names of those that are white, the others are wooden."""
+    return [_object(o, _WHITE if o.name in white else _WOOD) for o in world.objects]
+
+
+def _object(thing: WorldObject, colour: Colour) -> Solid:
+    centre, R, half = np.array(thing.position), matrix(thing.orientation), 0.5 * np.array(thing.size)
+    if thing.shape == "ball":
+        return Ball(centre, float(half[0]), _WHITE, R)
+    if thing.shape == "pole":
+        return Cylinder(centre, half[2] * R[:, 2], float(half[0]), colour)
+    return box(centre, R, half, colour)
 
 
 def thing_of(thing: WorldThing) -> Solid:

@@ -18,6 +18,8 @@ Colour = tuple[float, float, float]
 NEAR: Final = 0.01
 """Depth from which something is seen, m."""
 _PARALLEL: Final = 1e-12
+_SPOT: Final = 0.93
+"""Cosine of the angle from the middle of a ball's spot to its edge."""
 
 
 class Solid(Protocol):
@@ -49,12 +51,14 @@ class Solid(Protocol):
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball of one colour."""
+    """A ball of one colour, or with dark spots."""
 
     centre: Array
     radius: float
     """Its radius, m."""
     colour: Colour
+    spotted: Array | None = None
+    """Its axes, ball to world, (3, 3): a spot is around each end of each; None: no spots."""
 
     @property
     def hull(self) -> Array:
@@ -67,7 +71,11 @@ class Ball:
 
     def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """See `Solid`."""
-        return _plain(self.colour, points), (points - self.centre) / self.radius
+        colours, normals = _plain(self.colour, points), (points - self.centre) / self.radius
+        if self.spotted is not None:
+            spots = np.abs(normals @ self.spotted).max(axis=1) > _SPOT
+            colours = np.where(spots[:, None], 0.1, colours)
+        return colours, normals
 
 
 @dataclass(frozen=True)
@@ -104,6 +112,49 @@ class Capsule:
         way = self.end - self.begin
         along = np.clip((points - self.begin) @ way / (way @ way), 0.0, 1.0)
         return _plain(self.colour, points), (points - self.begin - along[:, None] * way) / self.radius
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """All points within `radius` of an axis, between two flat ends."""
+
+    centre: Array
+    """Middle of the axis."""
+    half: Array
+    """From the middle to the upper end."""
+    radius: float
+    """Its radius, m."""
+    colour: Colour
+
+    @property
+    def hull(self) -> Array:
+        """See `Solid`."""
+        return np.stack((self.centre - self.half, self.centre + self.half))
+
+    def intersect(self, eye: Array, rays: Array) -> Array:
+        """See `Solid`."""
+        length = float(np.linalg.norm(self.half))
+        axis, from_centre = self.half / length, eye - self.centre
+        height, climb = from_centre @ axis, rays @ axis
+        across, beside = rays - climb[..., None] * axis, from_centre - height * axis
+        depth = _first_root(across, beside, self.radius)
+        with np.errstate(invalid="ignore"):  # a ray that misses the round side has no place along it
+            depth = np.where(np.abs(height + depth * climb) <= length, depth, np.inf)
+        climb = np.where(np.abs(climb) < _PARALLEL, _PARALLEL, climb)
+        end = (-np.sign(climb) * length - height) / climb  # where the ray enters through a flat end
+        apart = beside + end[..., None] * across
+        inside = (np.einsum("...i,...i->...", apart, apart) <= self.radius**2) & (end > NEAR)
+        nearest: Array = np.minimum(depth, np.where(inside, end, np.inf))
+        return nearest
+
+    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
+        """See `Solid`."""
+        length = float(np.linalg.norm(self.half))
+        axis = self.half / length
+        along = (points - self.centre) @ axis
+        round_side = (points - self.centre - along[:, None] * axis) / self.radius
+        flat = np.abs(along) > length * (1.0 - 1e-6)
+        return _plain(self.colour, points), np.where(flat[:, None], np.sign(along)[:, None] * axis, round_side)
 
 
 @dataclass(frozen=True)

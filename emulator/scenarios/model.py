@@ -25,6 +25,7 @@ from emulator.scenarios.events import (
     ScenarioEvent,
     TiltEvent,
 )
+from emulator.scenarios.field import ScenarioField
 from emulator.scenarios.ground import (
     Heightfield,
     PlacedBox,
@@ -50,6 +51,7 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
     """The robot is on its charger's cable: its battery does not run down."""
     boxes: Annotated[tuple[PlacedBox, ...], msgspec.Meta(max_length=MAX_BOXES)] = ()
     things: Annotated[tuple[PlacedThing, ...], msgspec.Meta(max_length=MAX_THINGS)] = ()
+    field: ScenarioField | None = None
     tiles: Tiles | None = None
     heightfield: Heightfield | None = None
     pushes: tuple[PushEvent, ...] = ()
@@ -76,7 +78,7 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
 
         These are two boxes or things of one name, a push of an unknown target, and a floor that turns too fast.
         """
-        names = [*(box.name for box in self.boxes), *(thing.name for thing in self.things)]
+        names = [*(box.name for box in self.objects()), *(thing.name for thing in self.things)]
         if len(set(names)) != len(names):
             raise ValueError(f"two boxes or things have the same name; there are {', '.join(names)}")
         movable = {box.name for box in self.boxes if box.mass > 0.0}
@@ -95,16 +97,21 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
                 )
             at, until = (tilt.roll, tilt.pitch), tilt.time + tilt.duration
 
+    def objects(self) -> tuple[PlacedBox, ...]:
+        """All that can be touched: the boxes, and the goals of the field."""
+        return (*(self.field.goals() if self.field is not None else ()), *self.boxes)
+
 
 def terrain_of(scenario: Scenario, random: np.random.Generator) -> Terrain:
-    """The ground of a scenario that is not flat.
+    """The ground of a scenario, uneven or painted.
 
     Args:
         scenario: The world.
         random: For tiles and heightfields without a seed of their own.
     """
     grid = None if scenario.heightfield is None else height_grid(scenario.heightfield, random)
-    return Terrain(() if scenario.tiles is None else tiles_of(scenario.tiles, random), grid)
+    field = None if scenario.field is None else scenario.field.painted()
+    return Terrain(() if scenario.tiles is None else tiles_of(scenario.tiles, random), grid, field)
 
 
 def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:

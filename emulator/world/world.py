@@ -159,7 +159,7 @@ class World:
         self.things: dict[str, VisibleThing] = {}
         """By name."""
         self.terrain = Terrain()
-        """Tiles and heightfield."""
+        """Tiles, heightfield and field."""
         self.tilt: Vec2 = (0.0, 0.0)
         """Roll and pitch, rad."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
@@ -261,7 +261,8 @@ class World:
     @property
     def uneven(self) -> bool:
         """Whether any box is fixed on the floor."""
-        return self.terrain != Terrain() or any(shape.mass <= 0.0 for shape, _ in self.objects.values())
+        raised = bool(self.terrain.tiles) or self.terrain.grid is not None
+        return raised or any(shape.mass <= 0.0 for shape, _ in self.objects.values())
 
     def set_surface(self, surface: Surface) -> None:
         """Change the surface of the floor and of everything fixed on it; boxes keep a friction of their own."""

@@ -16,7 +16,7 @@ from nao_hil.runs.folder import recording_of
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import open_door
 from nao_hil.view.child import DEFAULT_HOST, DEFAULT_PORT, READY
-from nao_hil.view.page import page, recorded_page
+from nao_hil.view.page import page, recorded_page, world_page, world_recordings
 
 RUN_ENDS = "`nao-hil up` has ended the run. Look at it again: nao-hil view --replay RUN."
 PAGE_ENDS = "The page's server was ended; the robot may still move."
@@ -36,7 +36,8 @@ def view(
         list[Path] | None,
         typer.Option(
             "--replay",
-            help="Show a recording, or that of a run's folder, instead; given twice: two runs side by side.",
+            help="Show a recording, or that of a run's folder (with all robots of a world), instead; given "
+            "twice: two runs side by side.",
             metavar="FILE",
         ),
     ] = None,
@@ -50,14 +51,14 @@ def view(
     Example: nao-hil view --replay runs/20260101T120000Z/frames.mcap
     """
     os.nice(NICENESS)  # of this thread, and of those that it starts from here on
-    replay = [recording_of(file) for file in replay or ()]
+    replay = replay or []
     stop = stop_event()
     console = open_console()
     door = open_door(host)
     from nao_hil.view.server import PageServer  # imported late: the walker's plans come with it
 
     # raises before there is a server
-    shown = recorded_page(replay) if replay else page(f"nao-hil: {name}")
+    shown = _recorded(replay, name) if replay else page(f"nao-hil: {name}")
     server = PageServer(host, port, door.access, door.tls)
     server.show(*shown)
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
@@ -71,9 +72,16 @@ def view(
     if replay:
         stop.wait()
     else:
-        from nao_hil.view.follow import Follower  # imported late: the page is served meanwhile
+        from nao_hil.view.follow import LinkFollower  # imported late: the page is served meanwhile
 
-        Follower(server, name, connect, stop, run).run()
+        LinkFollower(server, name, connect, stop, run).run()
     supervised = SUPERVISED in os.environ and not replay
     server.close(RUN_ENDS if supervised else PAGE_ENDS, run=supervised)
     return 0
+
+
+def _recorded(runs: list[Path], name: str) -> tuple[str, str]:
+    """The page of a run, of two side by side, or of a world's run, and its policy."""
+    recordings = [recording_of(run) for run in runs]
+    world = world_recordings(runs[0]) if len(runs) == 1 and not recordings[0].exists() else {}
+    return world_page(world, name) if world else recorded_page(recordings)

@@ -10,6 +10,7 @@ import re
 import threading
 import time
 from collections import deque
+from collections.abc import Mapping
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Final
@@ -18,7 +19,8 @@ import msgspec
 import numpy as np
 
 from bridge.body import BODIES, body_of
-from bridge.errors import NaoHilError
+from bridge.errors import FrameError, NaoHilError
+from bridge.link import DEFAULT_ROBOT
 from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.frames import ELEMENTS
 from bridge.messages.guard import GuardStatus
@@ -27,6 +29,7 @@ from bridge.messages.walk import WalkStatus
 from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
 from bridge.types import Array
+from bridge.validation import unknown_name
 from emulator.scenarios import SCENARIOS
 from emulator.wear import WEAR
 from nao_hil.analysis.diagnosis import Balance, BalanceEstimator, Diagnosis, Symptom, Symptoms, explain
@@ -34,8 +37,18 @@ from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
-from nao_hil.view.live import Commands, Subscriber
-from nao_hil.view.orders import Driving, Hand, Orders
+from nao_hil.view.live import Commands, LinkRobot, LinkRobots, Subscriber, link_order, stop_all
+from nao_hil.view.orders import (
+    Choose,
+    Driving,
+    Hand,
+    Order,
+    Orders,
+    RobotOrder,
+    SlowMotion,
+    StopAll,
+    answered,
+)
 from nao_hil.view.page import recorded_page
 from nao_hil.view.rows import RunRows, events_json, world_json
 from nao_hil.view.server import HTML, PageServer
@@ -54,6 +67,8 @@ MAX_ROWS: Final = 10_000
 """Rows that are kept: five minutes."""
 MAX_EVENTS: Final = 200
 """Symptoms and footprints that are kept."""
+LOOK_INTERVAL: Final = 1.0
+"""s between two looks for robots that came or went."""
 END_TIMEOUT: Final = 1.0
 """s that the last question may take when the page ends."""
 FAULTS: Final[dict[str, tuple[str, str]]] = {
@@ -79,12 +94,19 @@ class LiveRun:
         info: The robot.
         title: Its name on the page.
         world: Its surroundings; None: a real robot.
+        others: The other robots of its world, by name.
     """
 
-    def __init__(self, info: Info, title: str, world: WorldReply | None) -> None:
+    def __init__(
+        self,
+        info: Info,
+        title: str,
+        world: WorldReply | None,
+        others: Mapping[str, LinkRobot] | None = None,
+    ) -> None:
         body = body_of(info.body, info.sheet)
-        self.info, self._title = info, title
-        self.rows = RunRows(body, world)
+        self.info, self._title, self.others = info, title, dict(others or {})
+        self.rows = RunRows(body, world, {name: robot.body for name, robot in self.others.items()})
         self._observer = BalanceEstimator(body)
         self._watch, self._late = Symptoms(self._observer), Lateness()
         self.set_world(world)
@@ -122,7 +144,8 @@ class LiveRun:
                 self._prints.extend(prints)
                 messages.append({"prints": prints})
             if self.rows.due(cycle.sensors.time):
-                row = self.rows.row(balance, self._latest_late).astype("<f4")
+                truths = {name: robot.truth for name, robot in self.others.items()}
+                row = self.rows.row(balance, self._latest_late, truths).astype("<f4")
                 self._latest_late = math.nan
                 self._table.append(row)
                 messages.append(row.tobytes())
@@ -143,34 +166,35 @@ class LiveRun:
             return False
         return walk.state in ("stand", "walk")
 
-    def packed(self, **header: Any) -> bytes:
-        """The run up to now."""
+    def packed(self, name: str = "", **header: Any) -> bytes:
+        """The run up to now; `name`: that of the robot on the link."""
         with self._lock:
             table = np.array(self._table) if self._table else np.zeros((0, self.rows.width))
             prints, symptoms, diagnosis = list(self._prints), list(self._symptoms), self.diagnosis
         subtitle = f"{self.info.body}, {self.info.side}, {self.info.mode}"
         events = events_json(symptoms, diagnosis)
-        return self.rows.pack(table, prints, title=self._title, subtitle=subtitle, live=header, **events)
+        names = link_order([name, *self.others])
+        return self.rows.pack(
+            table, prints, title=self._title, subtitle=subtitle, name=name, names=names, live=header, **events
+        )
 
 
 class Follower:
-    """Shows one robot until it is stopped.
+    """Shows one robot while it is chosen; a walk that the page ordered goes on behind another robot's page.
 
     Args:
-        server: Serves the page.
         robot: Id of the robot.
-        connect: Zenoh endpoint of the robot.
-        stop: Ends it.
-        folder: Of the run, where it is on this machine: its recordings can be saved.
+        link: Of the robot, with the page's server.
     """
 
-    def __init__(
-        self, server: PageServer, robot: str, connect: str, stop: threading.Event, folder: Path | None = None
-    ) -> None:
-        self._server, self._robot, self._endpoint, self._folder = server, robot, connect, folder
-        self._subscriber, self._commands = Subscriber(robot, connect), Commands(robot, connect)
-        self._driving = Driving(self._commands.walker, lambda: server.absence)
-        self._stop = stop
+    def __init__(self, robot: str, link: LinkFollower) -> None:
+        self._robot, self._link = robot, link
+        self._server, self._endpoint = link.server, link.endpoint
+        self._folder, self._stop = link.folder, link.stop
+        self._subscriber: Subscriber | None = None
+        self._builder = CycleBuilder()
+        self._commands = Commands(robot, self._endpoint)
+        self._driving = Driving(self._commands.walker, lambda: self._server.absence)
         self._run: LiveRun | None = None
         self._orders: Orders | None = None
         self._hand: Hand | None = None
@@ -183,24 +207,52 @@ class Follower:
         self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
 
-    def run(self) -> None:
-        """Show until `stop` is set.
+    def poll(self) -> None:
+        """Show the messages since the last call.
 
         Raises:
             ConfigurationError: not an endpoint.
         """
-        builder, due = CycleBuilder(), time.monotonic()
-        try:
-            while not self._stop.is_set():
-                for message in self._subscriber.take():
-                    self._process(message, builder)
-                self._publish_state()
-                due = max(due + 1.0 / POLL_RATE, time.monotonic())
-                self._stop.wait(due - time.monotonic())
-        finally:
-            self._end()
+        if self._subscriber is None:
+            self._subscriber = Subscriber(self._robot, self._endpoint)
+            self._last_frame_at = time.monotonic()
+        for message in self._subscriber.take():
+            self._process(message)
+        self._publish_state()
 
-    def _process(self, message: Message, builder: CycleBuilder) -> None:
+    def hide(self) -> None:
+        """Another robot is shown: listen no more."""
+        if self._subscriber is not None:
+            self._subscriber.close()
+        self._subscriber, self._builder = None, CycleBuilder()
+        self._run = self._guard = self._walk = self._world = self._walker_ended = None
+        self._state = {}
+
+    @property
+    def known(self) -> bool:
+        """Whether the robot answered once."""
+        return self._orders is not None
+
+    @property
+    def running(self) -> LiveRun | None:
+        """The run that is shown; None: none yet."""
+        return self._run
+
+    def begin_again(self) -> None:
+        """Begin the run again with the next frame: other robots are there."""
+        self._run = None
+
+    def execute(self, order: RobotOrder) -> str:
+        """Carry out an order to this robot; as `Orders.execute`."""
+        if self._orders is None:
+            raise FrameError(f"Robot `{self._robot}` did not answer yet.")
+        return self._orders.execute(order)
+
+    def release(self) -> None:
+        """Drop the target of its walk: it is stopped."""
+        self._driving.release()
+
+    def _process(self, message: Message) -> None:
         if isinstance(message, GuardStatus):
             self._guard = message
             return
@@ -212,7 +264,7 @@ class Follower:
             self._server.publish({"caption": message.text})
         if isinstance(message, Notice) and message.code == WALKER_ENDED:
             self._walker_ended = message
-        if (cycle := builder.add(message)) is not None and self._run is not None:
+        if (cycle := self._builder.add(message)) is not None and self._run is not None:
             for part in self._run.take(cycle):
                 self._server.publish(part)
 
@@ -233,8 +285,9 @@ class Follower:
             self._walker_ended = None
         return self._walker_ended.text if self._walker_ended is not None else ""
 
-    def _end(self) -> None:
-        self._subscriber.close()
+    def end(self) -> None:
+        """Leave the robot free, and its network."""
+        self.hide()
         if self._orders is not None:
             with contextlib.suppress(NaoHilError):
                 self._orders.end()
@@ -264,14 +317,16 @@ class Follower:
         if emulated:
             with contextlib.suppress(NaoHilError):
                 self._world = self._commands.world(Status(terrain=True))
-        self._run = LiveRun(info, f"robot {self._robot}", self._world)
+        others = {name: robot for name, robot in self._link.robots.update().items() if name != self._robot}
+        self._run = LiveRun(info, f"robot {self._robot}", self._world, others)
         if self._orders is None or self._orders.body.name != info.body:
             body = body_of(info.body, info.sheet)
             self._hand = Hand(body, self._robot, self._endpoint, self._notify) if emulated else None
             supervised = SUPERVISED in os.environ and self._folder is not None
             config = (lambda: self._runs()[-1] / "config.toml") if supervised else None
-            self._orders = Orders(self._commands, self._driving, self._hand, body, config)
-        self._server.feed(self._packed, self._orders.carry_out, self._file)
+            slow = self._link.slow_motion(self._commands, body.cycle)
+            self._orders = Orders(self._commands, self._driving, self._hand, body, config, slow)
+        self._server.feed(self._packed, self._link.carry_out, self._file)
         if self._watcher is None:
             self._watcher = threading.Thread(target=self._watch, name="watch", daemon=True)
             self._watcher.start()
@@ -281,6 +336,7 @@ class Follower:
         if run is None or orders is None:
             return None
         return run.packed(
+            self._robot,
             emulated=run.info.side == "emulator",
             supervised=orders.supervised,
             saves=self._folder is not None,
@@ -320,7 +376,7 @@ class Follower:
             self._world = world
             run.set_world(world)
             if before is None or (before.objects, before.floor) != (world.objects, world.floor):
-                self._server.publish({"world": world_json(world)})
+                self._server.publish({"world": world_json(run.rows.world)})
 
     def _runs(self) -> list[Path]:
         """Folders of the session's runs, in their order."""
@@ -347,3 +403,97 @@ class Follower:
         content_type = HTML if kind == "html" else (("Content-Type", "application/octet-stream"),)
         disposition = f'attachment; filename="{name.replace("/", "-")}.{kind}"'
         return Answer(HTTPStatus.OK, content, (*content_type, ("Content-Disposition", disposition)))
+
+
+class LinkFollower:
+    """Shows the robots of a link, one of them chosen, and takes the page's orders to them.
+
+    Args:
+        server: Serves the page.
+        robot: Id of the robot that is chosen first; where the default one is not there, the first of the link.
+        connect: Zenoh endpoint of the link.
+        stop: Ends it.
+        folder: Of the run, where it is on this machine: its recordings can be saved.
+    """
+
+    def __init__(
+        self, server: PageServer, robot: str, connect: str, stop: threading.Event, folder: Path | None = None
+    ) -> None:
+        self.server, self.endpoint, self.stop, self.folder = server, connect, stop, folder
+        self.robots = LinkRobots(connect)
+        self._chosen = robot
+        self._lock = threading.Lock()
+        self._followers: dict[str, Follower] = {}
+        self._slow: SlowMotion | None = None
+
+    def run(self) -> None:
+        """Show until `stop` is set.
+
+        Raises:
+            ConfigurationError: not an endpoint.
+        """
+        due, shown = time.monotonic(), self.follower(self._chosen)
+        threading.Thread(target=self._look, name="robots", daemon=True).start()
+        try:
+            while not self.stop.is_set():
+                chosen = self.follower(self._chosen)
+                if chosen is not shown:
+                    shown.hide()
+                    shown = chosen
+                shown.poll()
+                self._settle(shown)
+                due = max(due + 1.0 / POLL_RATE, time.monotonic())
+                self.stop.wait(due - time.monotonic())
+        finally:
+            for follower in self._followers.values():
+                follower.end()
+            self.robots.close()
+
+    def follower(self, robot: str) -> Follower:
+        """Of a robot, whether it is there or not."""
+        with self._lock:
+            if robot not in self._followers:
+                self._followers[robot] = Follower(robot, self)
+            return self._followers[robot]
+
+    def slow_motion(self, commands: Commands, cycle: float) -> SlowMotion:
+        """The one slow motion of the world, whichever robot it is ordered through."""
+        if self._slow is None:
+            self._slow = SlowMotion(commands.world, cycle)
+        return self._slow
+
+    def _look(self) -> None:
+        """Look for robots that came or went, apart from the drawing."""
+        while not self.stop.wait(LOOK_INTERVAL):
+            with contextlib.suppress(NaoHilError):
+                self.robots.update()
+
+    def _settle(self, shown: Follower) -> None:
+        """Act on robots that came or went."""
+        names = list(self.robots.found)
+        if self._chosen == DEFAULT_ROBOT and names and self._chosen not in names:
+            self._chosen = names[0]
+        run = shown.running
+        if run is not None and self._chosen in names and {self._chosen, *run.others} != set(names):
+            shown.begin_again()
+
+    def carry_out(self, text: str | bytes) -> tuple[str, bool]:
+        """Carry out an order of the page; a sentence, and whether it is carried out."""
+        return answered(text, self._execute)
+
+    def _execute(self, order: Order) -> str:
+        names, robot = list(self.robots.found), order.robot or self._chosen
+        if isinstance(order, StopAll):
+            known = {name: follower for name, follower in self._followers.items() if follower.known}
+            sentence = stop_all({*names, *known}, self.endpoint)
+            for follower in known.values():
+                follower.release()
+            return sentence
+        if isinstance(order, Choose):
+            if robot not in names:
+                raise FrameError(unknown_name("robot", robot, names))
+            self._chosen = robot
+            return f"The page shows {robot}."
+        # also to one that seems to be gone: an emergency stop is sent whatever the list says
+        sentence = self.follower(robot).execute(order)
+        return f"{robot}: {sentence}" if len(names) > 1 and sentence else sentence

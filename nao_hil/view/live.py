@@ -1,18 +1,25 @@
-"""A running robot as the page has it: its messages, and the commands to it."""
+"""Running robots as the page has them: their messages, and the commands to them."""
 
 from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Callable, Iterator
-from typing import Any, Final, Protocol, TypeVar
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from bridge.errors import FrameError, NaoHilError
+import zenoh
+
+from bridge.body import Body, body_of
+from bridge.errors import FrameError, LinkError, NaoHilError
 from bridge.link import keys
 from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
-from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode
-from bridge.messages.guard import GuardStatus
+from bridge.link.query import ask
+from bridge.link.session import open_client, subscribe, try_client
+from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode, encode
+from bridge.messages.guard import GuardStatus, StopRequest
 from bridge.messages.topics import TOPICS, Message
 from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldReply
@@ -26,6 +33,8 @@ MAX_FRAMES: Final = 400
 """Messages, of a second, that a page processes; one that is further behind skips the frames before."""
 ANSWER_TIMEOUT: Final = 2.0
 """s to wait for a robot's answer."""
+MAX_ROBOTS: Final = 32
+"""Emergency stops that are sent at a time."""
 
 
 class Subscriber:
@@ -61,6 +70,114 @@ class Subscriber:
     def close(self) -> None:
         """Leave the network."""
         self._subscription.close()
+
+
+class LinkRobot(NamedTuple):
+    """A robot of a link, as the others' page draws it."""
+
+    body: Body
+    newest: deque[bytes]
+    """The newest ground truth, packed; empty: none yet, as of a real robot."""
+
+    @property
+    def truth(self) -> TruthFrame | None:
+        """The newest ground truth."""
+        try:
+            return decode(self.newest[0], TruthFrame) if self.newest else None
+        except FrameError:  # a stranger on the key
+            return None
+
+
+def link_order(names: Iterable[str]) -> list[str]:
+    """Ids of robots in the order `nao1`, `nao2`, ..., `nao10`."""
+    return sorted(names, key=lambda name: (len(name), name))
+
+
+class LinkRobots:
+    """The robots of a link, by their names, each with its newest ground truth.
+
+    Args:
+        connect: Zenoh endpoint of the link.
+    """
+
+    def __init__(self, connect: str) -> None:
+        self._endpoint = connect
+        self._lock = threading.Lock()
+        self._session: zenoh.Session | None = None
+        self._subscribers: dict[str, Any] = {}
+        self.found: dict[str, LinkRobot] = {}
+        """At the last `update`."""
+
+    def update(self) -> dict[str, LinkRobot]:
+        """Look for robots that came or went.
+
+        Raises:
+            ConfigurationError: not an endpoint.
+        """
+        with self._lock:
+            if self._session is None:
+                self._session = try_client(self._endpoint)
+            if self._session is not None:
+                names = self._names(self._session)
+                known = {name: robot for name, robot in self.found.items() if name in names}
+                new = {name: self._meet(self._session, name) for name in names if name not in known}
+                known |= {name: robot for name, robot in new.items() if robot is not None}
+                self.found = {name: known[name] for name in names if name in known}
+            return self.found
+
+    @staticmethod
+    def _names(session: zenoh.Session) -> list[str]:
+        replies = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=ANSWER_TIMEOUT)
+        return link_order({str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None})
+
+    def _meet(self, session: zenoh.Session, name: str) -> LinkRobot | None:
+        """A robot that is new; None: it does not say what it is."""
+        try:
+            answer = ask(session, keys.key(name, keys.INFO), b"", ANSWER_TIMEOUT, LinkError)
+            if answer is None:
+                return None
+            info = decode(answer, Info)
+            robot = LinkRobot(body_of(info.body, info.sheet), deque(maxlen=1))
+        except NaoHilError:
+            return None
+        self._subscribers[name] = subscribe(session, keys.topic_key(name, TruthFrame), robot.newest.append)
+        return robot
+
+    def close(self) -> None:
+        """Leave the network."""
+        if self._session is not None:
+            self._session.close()
+
+
+def stop_all(names: Iterable[str], connect: str) -> str:
+    """Emergency stop of several robots at once, each told whatever the others answer.
+
+    Args:
+        names: Of the robots.
+        connect: Zenoh endpoint of the link.
+
+    Returns:
+        The answer of each robot.
+
+    Raises:
+        LinkError: names the robots that did not answer.
+    """
+    request = encode(StopRequest(how="crouch", who="page"))
+    with open_client(connect, ANSWER_TIMEOUT, "controller") as session:
+
+        def stop(name: str) -> str:
+            answer = ask(session, keys.key(name, keys.STOP), request, ANSWER_TIMEOUT, LinkError)
+            if answer is None:
+                raise LinkError("no answer")
+            return decode(answer, GuardStatus).text
+
+        with ThreadPoolExecutor(MAX_ROBOTS) as workers:
+            waiting = {name: workers.submit(stop, name) for name in names}
+    failed = {name: error for name, answer in waiting.items() if (error := answer.exception())}
+    if failed or not waiting:
+        reasons = "; ".join(f"`{name}`: {error}" for name, error in failed.items()) or "no robot is there"
+        raise LinkError(f"The EMERGENCY STOP DID NOT REACH ALL ROBOTS ({reasons}). Stop them by hand.")
+    return " ".join(f"{name}: {waiting[name].result()}" for name in link_order(waiting))
 
 
 class _Client(Protocol):

@@ -171,8 +171,13 @@ class Hand:
         self._end = None
 
 
-class _Order(msgspec.Struct, frozen=True, tag_field="do", forbid_unknown_fields=True):
-    pass
+class _Order(msgspec.Struct, frozen=True, kw_only=True, tag_field="do", forbid_unknown_fields=True):
+    robot: str = ""
+    """That the page showed with the button; empty: the one that is shown now."""
+
+
+class Choose(_Order, frozen=True, tag="choose"):
+    """Show this robot."""
 
 
 class Walk(_Order, frozen=True, tag="walk"):
@@ -203,6 +208,10 @@ class Stop(_Order, frozen=True, tag="stop"):
     """Emergency stop."""
 
     how: Literal["crouch", "limp"]
+
+
+class StopAll(_Order, frozen=True, tag="stop-all"):
+    """Emergency stop of all robots."""
 
 
 class Arm(_Order, frozen=True, tag="arm"):
@@ -241,14 +250,33 @@ class Restart(_Order, frozen=True, tag="restart"):
     settings: RestartSettings
 
 
-Order = Walk | World | Key | Steer | Stop | Arm | Slow | Hold | Joints | Restart
+RobotOrder = Walk | World | Key | Steer | Stop | Arm | Slow | Hold | Joints | Restart
+Order = RobotOrder | Choose | StopAll
 
 
 _DECODER: Final = msgspec.json.Decoder(Order)
 
 
+def answered(text: str | bytes, execute: Callable[[Order], str]) -> tuple[str, bool]:
+    """Decode an order and carry it out.
+
+    Args:
+        text: JSON.
+        execute: Carries it out; returns a sentence.
+
+    Returns:
+        A sentence, and whether the order is carried out.
+    """
+    try:
+        return execute(_DECODER.decode(text)), True
+    except msgspec.MsgspecError as error:
+        return f"This is no order of the page: {error}.", False
+    except NaoHilError as error:
+        return str(error), False
+
+
 class Orders:
-    """Carries out the orders of the page.
+    """Carries out the orders of the page to one robot.
 
     Args:
         commands: Clients of the robot.
@@ -257,6 +285,7 @@ class Orders:
         body: Of the robot.
         config: Gives the configuration file of the run, where a command is there that can begin another one;
             None: there is none.
+        slow: Of the robot's world; None: one of its own.
     """
 
     def __init__(
@@ -266,29 +295,21 @@ class Orders:
         hand: Hand | None,
         body: Body,
         config: Callable[[], Path] | None,
+        slow: SlowMotion | None = None,
     ) -> None:
         self._commands, self._driving, self._hand = commands, driving, hand
         self.body, self._config = body, config
-        self._slow = SlowMotion(commands.world, body.cycle)
+        self._slow = slow or SlowMotion(commands.world, body.cycle)
 
-    def carry_out(self, text: str | bytes) -> tuple[str, bool]:
-        """One order.
-
-        Args:
-            text: JSON.
+    def execute(self, order: RobotOrder) -> str:
+        """Carry out one order.
 
         Returns:
-            A sentence, and whether the order is carried out.
-        """
-        try:
-            order = _DECODER.decode(text)
-            return self._execute(order), True
-        except msgspec.MsgspecError as error:
-            return f"This is no order of the page: {error}.", False
-        except NaoHilError as error:
-            return str(error), False
+            A sentence on the result.
 
-    def _execute(self, order: Order) -> str:
+        Raises:
+            NaoHilError: refused, or no answer.
+        """
         if isinstance(order, Key | Steer):
             return self._drive(order)
         resets = isinstance(order, World) and isinstance(order.command, Reset)

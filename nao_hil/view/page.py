@@ -11,6 +11,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from nao_hil.runs.folder import RECORDING
+from nao_hil.view.live import link_order
+
 SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "compare.js", "live.js", "video.js", "player.js")
 WEB: Final = Path(__file__).parent / "web"
 
@@ -40,6 +43,36 @@ def page(
     return re.sub(r"@(\w+)@", lambda field: fields[field[1]], text), policy
 
 
+def world_recordings(folder: Path) -> dict[str, Path]:
+    """Recordings of the robots of a world by their names, where the folder of its run holds such."""
+    names = link_order(file.parent.name for file in folder.glob(f"*/{RECORDING}"))
+    return {name: folder / name / RECORDING for name in names}
+
+
+def world_page(recordings: Mapping[str, Path], chosen: str) -> tuple[str, str]:
+    """The page of the recorded robots of one world, and its policy.
+
+    Args:
+        recordings: By the robots' names.
+        chosen: Name of the robot that is shown first; one that is not there: the first of them.
+
+    Raises:
+        ConfigurationError: not a recording, or an empty one.
+    """
+    from nao_hil.runs.run import load
+    from nao_hil.view.recorded_run import TruthTrack, recorded_rows
+    from nao_hil.view.surroundings import recorded_world
+
+    runs = {name: load(file) for name, file in recordings.items()}
+    tracks = {name: TruthTrack(run) for name, run in runs.items()}
+    packed = []
+    for name in sorted(runs, key=lambda name: name != chosen):
+        others = {other: track for other, track in tracks.items() if other != name}
+        world = recorded_world(recordings[name])
+        packed.append(recorded_rows(runs[name], f"robot {name}", world, others, name=name, names=list(runs)))
+    return page(next(iter(recordings.values())).resolve().parents[1].name, packed)
+
+
 def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
     """The page of one recording or of several side by side, and its policy.
 
@@ -48,7 +81,6 @@ def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
     """
     # imported late: the analysis takes time, and the live page is served before
     from nao_hil.analysis.differences import config_differences
-    from nao_hil.runs.folder import RECORDING
     from nao_hil.runs.run import load
     from nao_hil.view.recorded_run import recorded_rows
     from nao_hil.view.surroundings import recorded_world

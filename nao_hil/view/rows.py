@@ -44,6 +44,7 @@ COM: Final[Colour] = (250, 82, 82)
 SAFE: Final[Colour] = (32, 201, 151)
 LOST: Final[Colour] = (250, 82, 82)
 OBSTACLE: Final[Colour] = (212, 163, 92)
+GOAL: Final[Colour] = (236, 238, 240)
 GROUND: Final[Colour] = (104, 92, 72)
 PRINTS: Final[dict[str, Colour]] = {"planned": PLANNED, "made": (173, 181, 189)}
 """Colours of the footprints."""
@@ -63,6 +64,8 @@ LENGTH_STEP: Final = 1e-4
 """Step to which lengths are rounded in a file, m."""
 TURN_STEP: Final = 1.0 / 16384.0
 """Likewise of a quaternion's components."""
+POSE_WIDTH: Final = 7 + len(JOINTS)
+"""Numbers of the pose of another robot."""
 TIME_TOLERANCE: Final = 1e-6
 """Tolerance of a row's time, s."""
 
@@ -126,19 +129,56 @@ def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
     return gzip.compress(np.array(len(text), dtype="<u4").tobytes() + text + b"".join(columns), mtime=0)
 
 
+class _DrawnBody:
+    """Shapes and joints of a body, as the page draws it.
+
+    Args:
+        body: Data sheet.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self.parts = shell(body)
+        links = FloatingBase(body).links
+        self.links = [name for name in links if name in self.parts]
+        tree = joint_tree(body)
+        self.chain = [
+            {
+                "link": name,
+                "parent": tree[name].parent,
+                "offset": tree[name].offset,
+                "axis": tree[name].axis,
+                "joint": JOINTS[INDEX_WITH_MIRROR[name]],
+                "index": INDEX_WITH_MIRROR[name],
+            }
+            for name in links[1:]
+        ]
+        """Joints from the Torso outward, each by its place in `JOINTS`: the page places the links by angles."""
+
+
+def pose_values(truth: TruthFrame | None) -> Array:
+    """Place (m), attitude (w, x, y, z) and joint angles (rad) of a robot, shape (32,); NaN: not known."""
+    if truth is None:
+        return np.full(POSE_WIDTH, math.nan)
+    x, y, z, w = truth.torso_orientation
+    return np.array([*truth.torso_position, w, x, y, z, *truth.joints])
+
+
 class RunRows:
     """Turns the cycles of one robot into rows.
 
     Args:
         body: Its data sheet.
         world: Its surroundings.
+        others: Data sheets of the other robots of its world, by name.
     """
 
-    def __init__(self, body: Body, world: WorldReply | None = None) -> None:
-        self.body, self.world = body, world
+    def __init__(
+        self, body: Body, world: WorldReply | None = None, others: Mapping[str, Body] | None = None
+    ) -> None:
+        self.body, self.world, self.others = body, world, dict(others or {})
+        self._drawn = {each.name: _DrawnBody(each) for each in (body, *self.others.values())}
         self._kinematics = FloatingBase(body)
-        self._parts = shell(body)
-        self.links = [name for name in self._kinematics.links if name in self._parts]
+        self.links = self._drawn[body.name].links
         self._lamps = lamps(body)
         self._lit = np.array([_share(lamp) for lamp in self._lamps]).reshape(-1, N_LEDS)
         self._places = [self._kinematics.links.index(name) for name in self.links]
@@ -156,6 +196,7 @@ class RunRows:
             "step": (1, 1.0),
             "phase": (1, 1.0),
             "lights": (3 * len(self._lamps), 1.0),
+            "others": (POSE_WIDTH * len(self.others), LENGTH_STEP),
             "signals": (len(SIGNALS), 0.01),
         }
         """Columns of a row: name -> width, and step to which a file rounds."""
@@ -177,8 +218,19 @@ class RunRows:
         self._last = time
         return True
 
-    def row(self, balance: Balance, late: float = math.nan) -> Array:
-        """One row, shape (width,); `late` as of `signal_values`."""
+    def row(
+        self, balance: Balance, late: float = math.nan, others: Mapping[str, TruthFrame | None] | None = None
+    ) -> Array:
+        """One row.
+
+        Args:
+            balance: Of the robot.
+            late: As of `signal_values`.
+            others: Truth of the other robots, by name.
+
+        Returns:
+            Shape (width,).
+        """
         frame, walk = balance.cycle.sensors, balance.cycle.walk
         frames = balance.best.robot.frames
         turns = Rotation.from_matrix(frames[self._places, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
@@ -201,6 +253,7 @@ class RunRows:
                 corners,
                 [walk.step if walk else math.nan, self._phases.get(walk.phase, math.nan) if walk else math.nan],
                 self._lights(balance.cycle.truth),
+                *(pose_values((others or {}).get(name)) for name in self.others),
                 signal_values(balance, late),
             ]
         )
@@ -248,12 +301,17 @@ class RunRows:
             prints: As `prints` gives them.
             header: Added to the header: title, subtitle, `events_json` and the like.
         """
-        pieces = [(1 + i, part) for i, name in enumerate(self.links) for part in self._parts[name]]
-        pieces += [(0, part) for part in self._terrain()]
+        pieces = [
+            (k, 1 + i, part)
+            for k, drawn in enumerate(self._drawn.values())
+            for i, name in enumerate(drawn.links)
+            for part in drawn.parts[name]
+        ]
+        pieces += [(0, 0, part) for part in self._terrain()]
         fields = np.split(rows, np.cumsum([width for width, _ in self.fields.values()])[:-1], axis=1)
         tables = {
-            "vertices": PackedTable(np.vstack([part.vertices for _, part in pieces]), LENGTH_STEP),
-            "faces": PackedTable(np.vstack([part.faces for _, part in pieces]), 1.0),
+            "vertices": PackedTable(np.vstack([part.vertices for *_, part in pieces]), LENGTH_STEP),
+            "faces": PackedTable(np.vstack([part.faces for *_, part in pieces]), 1.0),
             "footprints": PackedTable(_padded(prints), LENGTH_STEP),
             **{
                 name: PackedTable(columns, step)
@@ -262,15 +320,22 @@ class RunRows:
         }
         return pack({**self._header(pieces), **header}, tables)
 
-    def _header(self, pieces: Sequence[tuple[int, ColouredMesh]]) -> dict[str, Any]:
+    def _header(self, pieces: Sequence[tuple[int, int, ColouredMesh]]) -> dict[str, Any]:
+        bodies = list(self._drawn)
         return {
             "body": self.body.name,
             "pieces": [
-                {"link": link, "colour": part.colour, "vertices": len(part.vertices), "faces": len(part.faces)}
-                for link, part in pieces
+                {
+                    "body": body,
+                    "link": link,
+                    "colour": part.colour,
+                    "vertices": len(part.vertices),
+                    "faces": len(part.faces),
+                }
+                for body, link, part in pieces
             ],
-            "links": self.links,
-            "chain": self._chain(),
+            "bodies": [{"links": drawn.links, "chain": drawn.chain} for drawn in self._drawn.values()],
+            "others": [{"name": name, "body": bodies.index(b.name)} for name, b in self.others.items()],
             "fields": [[name, width] for name, (width, _) in self.fields.items()],
             "points": [p._asdict() for p in POINTS],
             "cells": self._cells(),
@@ -279,7 +344,8 @@ class RunRows:
                 for link, at, radius in self._lamps.values()
             ],
             "newton": BAR_PER_NEWTON,
-            "colours": {"safe": SAFE, "lost": LOST, "object": OBSTACLE, **PRINTS},
+            "colours": {"safe": SAFE, "lost": LOST, **PRINTS},
+            "field": field_json(self.world),
             "prints": list(PRINTS),
             "charts": [chart.to_json() for chart in CHARTS],
             "signals": list(SIGNALS.items()),
@@ -287,20 +353,6 @@ class RunRows:
             "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
             **world_json(self.world),
         }
-
-    def _chain(self) -> list[dict[str, Any]]:
-        """Joints from the Torso outward: how the page places the robot by its encoders alone."""
-        tree = joint_tree(self.body)
-        return [
-            {
-                "link": name,
-                "parent": tree[name].parent,
-                "offset": tree[name].offset,
-                "axis": tree[name].axis,
-                "joint": JOINTS[INDEX_WITH_MIRROR[name]],
-            }
-            for name in self._kinematics.links[1:]
-        ]
 
     def _terrain(self) -> list[ColouredMesh]:
         """Tiles and heights of the ground."""
@@ -324,15 +376,32 @@ class RunRows:
 
 
 def world_json(world: WorldReply | None) -> dict[str, Any]:
-    """Floor (its upward normal) and boxes."""
+    """Floor (its upward normal) and objects."""
     floor = world.floor if world else (0.0, 0.0)
+    field = world.terrain.field if world and world.terrain else None
+    goals = field.goals if field else ()
     return {
         "floor": rotation(*floor, 0.0)[:, 2].tolist(),
         "objects": [
-            {"size": o.size, "position": o.position, "attitude": [o.orientation[3], *o.orientation[:3]]}
+            {
+                "name": o.name,
+                "shape": o.shape,
+                "size": o.size,
+                "position": o.position,
+                "attitude": [o.orientation[3], *o.orientation[:3]],
+                "colour": GOAL if o.name in goals else OBSTACLE,
+            }
             for o in (world.objects if world else ())
         ],
     }
+
+
+def field_json(world: WorldReply | None) -> dict[str, Any] | None:
+    """Size of a field's carpet, and begin, end and width of its lines, floor frame, m; None: no field."""
+    field = world.terrain.field if world and world.terrain else None
+    if field is None:
+        return None
+    return {"size": field.size, "stripes": [(*line.begin, *line.end, line.width) for line in field.stripes]}
 
 
 def events_json(

@@ -21,6 +21,8 @@ from typing import Any, Final
 from PIL import Image
 from playwright.sync_api import Error, Page, sync_playwright
 
+from bridge.link.client import WorldClient
+from bridge.messages.world import PlaceBox
 from nao_hil.runs.supervisor import Child, free_endpoint, free_port
 from nao_hil.view.video import SOFTWARE
 
@@ -34,6 +36,27 @@ COLOURS: Final = 256
 """Colours of a picture, so that its file is small."""
 FALL: Final = "[[pushes]]\ntime = 5.0\nimpulse = 6.0\ndirection = 90.0\n"
 """Push that fells the recorded robot."""
+WORLD: Final = """
+[[robots]]
+name = "red"
+robot = "nao-v6"
+at = [-0.6, 0.5]
+
+[[robots]]
+name = "blue"
+robot = "nao-v6"
+at = [0.7, 0.0]
+yaw = 180.0
+
+[[robots]]
+name = "green"
+robot = "nao-v6"
+at = [1.2, -1.0]
+yaw = 150.0
+"""
+BALL: Final = PlaceBox(
+    name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(0.1, 0.0), frame="floor"
+)
 WALK: Final = ("--robot", "nao-v6", "--engine", "mujoco", "--gait", "omni")
 
 
@@ -72,6 +95,25 @@ class Photographer:
             _press(page, "Emergency stop")
             _state(page, "limp")
             self._shoot(page, "stop", "Run")
+
+    def world(self) -> None:
+        """Three robots and a ball on a field; the second one is chosen."""
+        endpoint = free_endpoint()
+        file = self._work / "world.toml"
+        file.write_text(WORLD)
+        emulate = ["emulate", "--world", str(file), "--scenario", "field", "--engine", "mujoco"]
+        where = ["--listen", endpoint, "--out", str(self._work / "world")]
+        robots = Child("world", [*emulate, *where], self._work)
+        try:
+            with self._served(["view", "--connect", endpoint]) as page:
+                page.get_by_label("robot that is shown").select_option("blue")
+                page.get_by_text("robot blue", exact=True).wait_for()
+                page.evaluate("Object.assign(player.camera, { distance: 3.6, elevation: 0.42, azimuth: -2.2 })")
+                with WorldClient("blue", endpoint) as client:
+                    client.send(BALL)
+                self._shoot(page, "world", "Charts")
+        finally:
+            robots.end(20.0)
 
     def replay(self) -> None:
         """A recorded fall at its first sign, on dark and light pages, the estimate, and two runs."""
@@ -147,7 +189,7 @@ def _open(page: Page, address: str) -> None:
     page.wait_for_selector("body[data-ready=yes]")
 
 
-RUNS: Final[tuple[Any, ...]] = ("live", "replay")
+RUNS: Final[tuple[Any, ...]] = ("live", "world", "replay")
 
 
 if __name__ == "__main__":

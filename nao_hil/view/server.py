@@ -38,7 +38,7 @@ MAX_BACKLOG: Final = 300
 """Messages waiting for a browser; one that is further behind gets the run from its start again."""
 HOST_PATH: Final = "/host"
 """Answered with the header `Host`: a page finds that a proxy changes it, for which its WebSocket is refused."""
-URGENT_PREFIX: Final = b'{"do":"stop"'
+URGENT_PREFIX: Final = b'{"do":"stop'
 """Beginning of an emergency stop: it waits for no order before it."""
 
 Whole = Callable[[], "bytes | None"]

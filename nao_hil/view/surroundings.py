@@ -87,13 +87,14 @@ def initial_world(scenario: Scenario, seed: int) -> WorldReply:
     roll, pitch = math.radians(floor.roll), math.radians(floor.pitch)
     R_floor = rotation(roll, pitch, 0.0)
     objects = []
-    for box in scenario.boxes:
+    for box in scenario.objects():
         middle = R_floor @ (*box.at, (box.height or 0.0) + 0.5 * box.size[2])
         R = R_floor @ R_yaw(math.radians(box.yaw))
         x, y, z, w = (float(q) for q in Rotation.from_matrix(R).as_quat())
         objects.append(
             WorldObject(
                 name=box.name,
+                shape=box.shape,
                 size=box.size,
                 position=(float(middle[0]), float(middle[1]), float(middle[2])),
                 orientation=(x, y, z, w),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import socket
 import threading
@@ -27,12 +28,13 @@ from emulator.camera import process
 from emulator.camera.picture import draw, hidden
 from emulator.camera.scene import (
     CameraScene,
-    boxes_of,
     encode_picture,
     floor_of,
+    objects_of,
     picture_file,
     thing_of,
 )
+from emulator.camera.shapes import Cylinder
 from tests.frames import truth_frame, world_reply
 
 LOOKS = {
@@ -82,7 +84,7 @@ def pinhole(
 def picture(body: str, camera: int, frame: TruthFrame, reply: WorldReply, width: int) -> np.ndarray:
     scene = CameraScene(load_body(body))
     links = scene.links(frame)
-    solids = [*scene.limbs(links), *boxes_of(reply), *map(thing_of, reply.things)]
+    solids = [*scene.limbs(links), *objects_of(reply), *map(thing_of, reply.things)]
     return draw(scene.view(camera, links), floor_of(reply), solids, width, 3 * width // 4)
 
 
@@ -121,10 +123,72 @@ def test_a_box_before_the_ball_hides_it() -> None:
     scene = CameraScene(load_body("nao-v5"))
     view = scene.view(0, scene.links(frame))
     place = np.array(thing.position)
-    assert not hidden(place, view, boxes_of(world()))
-    assert hidden(place, view, boxes_of(world(boxes=(box,))))
+    assert not hidden(place, view, objects_of(world()))
+    assert hidden(place, view, objects_of(world(boxes=(box,))))
     assert red(picture("nao-v5", 0, frame, world(thing), 160)).any()
     assert not red(picture("nao-v5", 0, frame, world(thing, boxes=(box,)), 160)).any()
+
+
+def test_rays_strike_a_pole_where_a_ray_march_does() -> None:
+    """Of an upright, an inclined and a short one, also from above and from below."""
+    random = np.random.default_rng(3)
+    for half in ((0.0, 0.0, 0.4), (0.1, -0.2, 0.3), (0.0, 0.0, 0.02)):
+        pole = Cylinder(np.array((1.0, 0.1, 0.3)), np.array(half), 0.1, (1.0, 1.0, 1.0))
+        axis = np.array(half) / np.linalg.norm(half)
+        for eye in (np.array((0.0, 0.0, 0.35)), np.array((0.9, 0.0, 1.2)), np.array((1.1, 0.3, -0.8))):
+            rays = pole.centre + random.normal(0.0, 0.12, (200, 3)) - eye
+            depth = pole.intersect(eye, rays)
+            steps = np.arange(0.2, 1.8, 5e-4)
+            points = eye + steps[None, :, None] * rays[:, None] - pole.centre
+            along = points @ axis
+            radius = np.linalg.norm(points - along[..., None] * axis, axis=-1)
+            inside = (np.abs(along) <= np.linalg.norm(half)) & (radius <= 0.1)
+            marched = np.where(inside.any(axis=1), steps[inside.argmax(axis=1)], np.inf)
+            both = np.isfinite(depth) & np.isfinite(marched)
+            assert (np.isfinite(depth) != np.isfinite(marched)).mean() < 0.02 and both.sum() > 10
+            np.testing.assert_allclose(depth[both], marched[both], atol=1e-3)
+            _, normals = pole.colours_and_normals(eye + depth[both][:, None] * rays[both])
+            np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-6)
+            assert (np.einsum("ij,ij->i", normals, rays[both]) < 1e-9).all()
+
+
+def test_a_ball_that_can_be_touched_is_white_with_dark_spots_that_turn_with_it() -> None:
+    """The spots, of 21.6 degrees about six points, cover six times (1 - 0.93) / 2 of its surface."""
+    normals = np.random.default_rng(0).normal(size=(20000, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    turn = (0.0, 0.0, math.sin(0.3), math.cos(0.3))
+    thing = WorldObject(
+        name="b", shape="ball", size=(0.1,) * 3, position=(1.0, 2.0, 0.05), orientation=turn, mass=0.044
+    )
+    (solid,) = objects_of(world(boxes=(thing,)))
+    colours, _ = solid.colours_and_normals(np.array(thing.position) + 0.05 * normals)
+    dark = colours[:, 0] < 0.2
+    assert dark.mean() == pytest.approx(0.21, abs=0.01) and colours[~dark].min() > 0.9
+    ahead = normals @ (math.cos(0.6), math.sin(0.6), 0.0) > 0.95  # its x axis, turned by 0.6 rad
+    assert dark[ahead].all() and not dark[normals[:, 0] > 0.98].any()
+
+
+def test_a_pole_is_as_wide_from_all_sides_and_a_box_is_not() -> None:
+    """0.2 m in diameter at 1 m, turned about its axis by half a right angle."""
+    turn = (0.0, 0.0, math.sin(math.pi / 8.0), math.cos(math.pi / 8.0))
+    widths = {}
+    for shape, orientation in itertools.product(("pole", "box"), ((0.0, 0.0, 0.0, 1.0), turn)):
+        size, at = (0.2, 0.2, 0.9), (1.0, 0.0, 0.45)
+        thing = WorldObject(
+            name="p",
+            shape=shape,  # type: ignore[arg-type]
+            size=size,
+            position=at,
+            orientation=orientation,
+            mass=0.0,
+        )
+        frame = truth(0.0, 0.0)
+        bare = picture("nao-v6", 0, frame, world(), 320)
+        seen = picture("nao-v6", 0, frame, world(boxes=(thing,)), 320) != bare
+        widths[shape, orientation] = int(seen.any(axis=-1)[120].sum())
+    straight, turned = ((0.0, 0.0, 0.0, 1.0), turn)
+    assert widths["pole", straight] == pytest.approx(widths["pole", turned], abs=1)
+    assert widths["box", turned] > 1.2 * widths["box", straight]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import math
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
@@ -21,9 +22,12 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import LinkError
-from bridge.messages import ActuatorFrame, Notice, WalkTelemetry
+from bridge.link import RobotLink, keys
+from bridge.link.query import serve_query
+from bridge.link.session import open_robot
+from bridge.messages import ActuatorFrame, Notice, WalkTelemetry, decode, encode
 from bridge.messages.frames import ORDER
-from bridge.messages.guard import GuardStatus
+from bridge.messages.guard import GuardStatus, StopRequest
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import Pause, Press, Push, Resume, Step
 from bridge.messages.world_state import WorldReply
@@ -35,18 +39,27 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import LiveRun
-from nao_hil.view.orders import ABSENCE_TIMEOUT, JOINT_RATE, Driving, Hand, Orders, SlowMotion
+from nao_hil.view.follow import LinkFollower, LiveRun
+from nao_hil.view.live import LinkRobot, LinkRobots, stop_all
+from nao_hil.view.orders import (
+    ABSENCE_TIMEOUT,
+    JOINT_RATE,
+    Driving,
+    Hand,
+    Orders,
+    SlowMotion,
+    answered,
+)
 from nao_hil.view.page import page
 from nao_hil.view.rows import RunRows, events_json
 from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import SIGNALS
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
-from tests.frames import walk_status, walk_telemetry
+from tests.frames import info_of_robot, truth_frame, walk_status, walk_telemetry
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
-from tests.ports import free_port
+from tests.ports import free_endpoint, free_port
 
 BODY = load_body("nao-v3")
 REPLY = WorldReply(
@@ -94,6 +107,28 @@ def test_a_row_holds_the_true_pose_the_forces_and_every_signal(standing: list[Cy
     }
     assert {name: signals[name] for name in expected} == pytest.approx(expected, abs=0.006)
     assert math.isnan(signals["ZMP margin planned"])  # no walker has said anything
+
+
+def test_a_row_holds_the_pose_of_each_other_robot_of_the_world_by_its_name(standing: list[Cycle]) -> None:
+    bodies = {"blue": load_body("nao-v6"), "green": BODY, "white": BODY}
+    turn = (0.0, 0.0, math.sin(0.4), math.cos(0.4))
+    joints = tuple(0.01 * i for i in range(len(JOINTS)))
+    blue = truth_frame(torso_position=(1.0, -0.5, 0.3), torso_orientation=turn, joints=joints)
+    rows = RunRows(BODY, None, bodies)
+    balance = BalanceEstimator(BODY).update(standing[-1])
+    row = rows.row(balance, others={"blue": blue, "green": standing[-1].truth, "white": None})
+    header, tables = unpacked(rows.pack(np.array([row]), []))
+    assert [other["name"] for other in header["others"]] == ["blue", "green", "white"]  # type: ignore[index, attr-defined]
+    poses = tables["others"].reshape(3, 32)
+    w, x, y, z = poses[0, 3:7]
+    np.testing.assert_allclose(poses[0], [1.0, -0.5, 0.3, w, x, y, z, *joints], atol=1e-4)
+    np.testing.assert_allclose(matrix((x, y, z, w)), matrix(turn), atol=1e-3)
+    assert standing[-1].truth is not None
+    np.testing.assert_allclose(poses[1, :3], standing[-1].truth.torso_position, atol=1e-4)
+    assert np.isnan(poses[2]).all()
+    # own body with the ground, and the other one; each piece of a link of its body
+    bodies_ = header["bodies"]
+    assert len(bodies_) == 2 and [o["body"] for o in header["others"]] == [1, 0, 0]  # type: ignore[arg-type, index, attr-defined]
 
 
 def test_a_live_run_gives_a_late_browser_what_the_others_have(standing: list[Cycle]) -> None:
@@ -232,7 +267,7 @@ def order(commands: FakeCommands, driving: Driving, tmp_path: Path) -> Callable[
     config = tmp_path / "config.toml"
     config.write_text('robot = "nao-v3"\n')
     orders = Orders(commands, driving, None, BODY, lambda: config)  # type: ignore[arg-type]
-    return lambda doing, **fields: orders.carry_out(json.dumps({"do": doing, **fields}))
+    return lambda doing, **fields: answered(json.dumps({"do": doing, **fields}), orders.execute)  # type: ignore[arg-type]
 
 
 def test_orders_become_the_links_own_commands(
@@ -262,6 +297,85 @@ def test_what_is_no_order_is_refused_in_one_sentence(
 ) -> None:
     words, done = order(doing, **fields)
     assert sentence in words and not done and "\n" not in words
+
+
+def test_a_robot_that_does_not_answer_is_told(
+    order: Callable[..., tuple[str, bool]], commands: FakeCommands
+) -> None:
+    commands.there = False
+    assert order("stop", how="crouch") == ("No robot `nao` at tcp/127.0.0.1:7447 answered `stop`.", False)
+
+
+@pytest.fixture
+def link(commands: FakeCommands) -> tuple[LinkFollower, FakeCommands]:
+    """A link with the chosen robot `red`, and `blue`; the commands that reach `blue`."""
+    server, others = SimpleNamespace(absence=0.0), FakeCommands()
+    follower = LinkFollower(server, "red", "tcp/127.0.0.1:1", threading.Event())  # type: ignore[arg-type]
+    for name, taken in (("red", commands), ("blue", others)):
+        driving = Driving(lambda taken=taken: taken, lambda: 0.0)  # type: ignore[misc, return-value]
+        follower.follower(name)._orders = Orders(taken, driving, None, BODY, None)  # type: ignore[arg-type]
+        follower.robots.found[name] = LinkRobot(BODY, deque())
+    return follower, others
+
+
+def test_an_order_reaches_the_robot_that_the_page_showed_whichever_is_chosen_since(
+    link: tuple[LinkFollower, FakeCommands], commands: FakeCommands
+) -> None:
+    follower, others = link
+    push = {"op": "push", "impulse": [1, 0, 0]}
+    for robot in ({"robot": "blue"}, {"robot": "red"}, {}):
+        answer, done = follower.carry_out(json.dumps({"do": "world", "command": push, **robot}))
+        assert done and answer.startswith(robot.get("robot", "red"))
+    assert len(others.sent) == 1 and len(commands.sent) == 2
+    assert follower.carry_out('{"do":"choose","robot":"blue"}')[1]
+    follower.carry_out(json.dumps({"do": "world", "command": push}))
+    assert len(others.sent) == 2
+    answer, done = follower.carry_out('{"do":"choose","robot":"blu"}')
+    assert not done and "'blue'" in answer
+
+
+def test_a_stop_of_all_robots_reaches_each_and_names_the_one_that_is_silent() -> None:
+    endpoint, reached = free_endpoint(), list[bytes]()
+    down = GuardStatus(seq=1, state="crouch", reason="stop", armed=False, text="It goes down.")
+    with open_robot(endpoint) as session:
+        answering = serve_query(
+            session, keys.key("red", keys.STOP), lambda payload, _: reached.append(payload) or encode(down)
+        )
+        assert stop_all(["red"], endpoint) == "red: It goes down."
+        with pytest.raises(LinkError, match="`blue`: no answer"):
+            stop_all(["blue", "red"], endpoint)
+        assert [decode(payload, StopRequest).how for payload in reached] == ["crouch"] * 2
+        answering.undeclare()
+
+
+def test_the_robots_of_a_link_come_and_go_with_their_newest_truth() -> None:
+    endpoint = free_endpoint()
+    robots = LinkRobots(endpoint)
+    assert robots.update() == {}
+    with RobotLink(info_of_robot(robot="nao10"), endpoint) as first:
+        until(robots.update, "the first robot")
+        with RobotLink(info_of_robot(robot="nao2", body="nao-v4"), endpoint, beside=first) as second:
+            until(lambda: list(robots.update()) == ["nao2", "nao10"], "the second robot")
+            assert robots.found["nao2"].body.name == "nao-v4" and robots.found["nao2"].truth is None
+
+            def shows(seq: int) -> bool:
+                """Whether a truth that is published arrives, also where the first one is too early for it."""
+                second.publish(truth_frame(seq))
+                truth = robots.found["nao2"].truth
+                return truth is not None and truth.seq == seq
+
+            for seq in (1, 2):
+                until(lambda seq=seq: shows(seq), "its newest truth")  # type: ignore[misc]
+            assert robots.found["nao10"].truth is None
+        until(lambda: list(robots.update()) == ["nao10"], "the end of the second one")
+    robots.close()
+
+
+def test_a_stop_of_all_robots_says_that_it_reached_none(
+    link: tuple[LinkFollower, FakeCommands],
+) -> None:
+    answer, done = link[0].carry_out('{"do":"stop-all"}')  # nothing listens there
+    assert not done and "tcp/127.0.0.1:1" in answer
 
 
 WAYS = {

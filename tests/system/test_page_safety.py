@@ -20,7 +20,7 @@ from bridge.messages.guard import GuardStatus
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.run import CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import Follower, LiveRun
+from nao_hil.view.follow import LinkFollower, LiveRun
 from nao_hil.view.orders import Orders
 from nao_hil.view.page import page as live_page
 from nao_hil.view.server import PageServer
@@ -59,7 +59,7 @@ class Served:
         """Serve it."""
         body, builder = load_body("nao-v6"), CycleBuilder()
         server, stop = PageServer("127.0.0.1", self.port, Access()), threading.Event()
-        follower = Follower(server, "nao", "tcp/127.0.0.1:1", stop)
+        follower = LinkFollower(server, "nao", "tcp/127.0.0.1:1", stop).follower("nao")
         info = SimpleNamespace(body=body.name, sheet="", side="emulator", mode="real-time")
         run = follower._run = LiveRun(info, "robot nao", None)  # type: ignore[arg-type]
         with EmulatedRobot(body, seed=0, engine="mujoco") as robot:

@@ -14,6 +14,7 @@ const DRIVE_KEYS = { w: "faster", s: "slower", a: "turn left", d: "turn right", 
 const LOST = "no connection; the robot may still move";
 const SILENCE = 2500; // ms without a word of the server after which the connection counts as lost
 const STOP_TIME = 2500; // ms in which an emergency stop is answered
+const ALL = "Emergency stop all";
 const DEAD_ZONE = 0.15; // of a gamepad's stick
 const PAD_INTERVAL = 50; // ms between two looks at a gamepad
 
@@ -99,6 +100,7 @@ class Live {
     const { player } = this, followed = !player.runs.length || player.following;
     player.show([run]);
     if (followed) player.follow();
+    this.holds = null; // the table of the joints is a new one
     $("live").hidden = false;
     document.body.classList.add("live");
     this.build(run.header.live);
@@ -118,7 +120,11 @@ class Live {
     if (!header) return;
     if (message.prints) message.prints.forEach((print) => run.print(print));
     if (message.events) Object.assign(header, { events: message.events, fall: message.fall }), this.player.events();
-    if (message.world) Object.assign(header, message.world);
+    if (message.world) {
+      const before = new Map(header.objects.map((object) => [object.name, objectPose(object)])), since = performance.now();
+      for (const object of message.world.objects) Object.assign(object, { before: before.get(object.name), since });
+      Object.assign(header, message.world);
+    }
     if (message.state) (header.live.state = message.state), this.state(message.state);
   }
 
@@ -129,13 +135,20 @@ class Live {
     if (!stays) this.silence = setTimeout(() => (toast.textContent = ""), done ? ANSWER_TIME : 2 * ANSWER_TIME);
   }
 
+  // To the robot that is shown now, whichever the server shows when it arrives.
   order(doing, fields = {}) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: doing, ...fields }));
-    else this.notify(doing === "stop" ? "The EMERGENCY STOP DID NOT GO OUT: no connection. Stop the robot at the robot, or by `nao-hil stop`." : "No connection; the order was not sent.", false, doing === "stop");
+    const robot = this.player.runs[0]?.header.name ?? "", stops = doing.startsWith("stop");
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: doing, robot, ...fields }));
+    else this.notify(stops ? "The EMERGENCY STOP DID NOT GO OUT: no connection. Stop the robot at the robot, or by `nao-hil stop`." : "No connection; the order was not sent.", false, stops);
   }
 
-  emergency() {
-    this.order("stop", { how: "crouch" });
+  choose(robot) {
+    this.order("choose", { robot });
+  }
+
+  emergency(all = false) {
+    if (all) this.order("stop-all");
+    else this.order("stop", { how: "crouch" });
     clearTimeout(this.unanswered);
     if (!this.lost) this.unanswered = setTimeout(() => this.notify("No answer to the EMERGENCY STOP: it may not have gone out. Stop the robot at the robot, or by `nao-hil stop`.", false, true), STOP_TIME);
   }
@@ -171,7 +184,8 @@ class Live {
     const { live } = this.player.runs[0].header;
     Object.assign($("notice"), { hidden: !state.notice, textContent: state.notice ?? "" });
     if (!this.orders) return;
-    for (const [name, button] of Object.entries(this.orders)) button.hidden = name === "Arm" ? state.armed !== false : name !== "Emergency stop" && state.armed === false;
+    const { names } = this.player.runs[0].header;
+    for (const [name, button] of Object.entries(this.orders)) button.hidden = name === ALL ? names.length < 2 : name === "Arm" ? state.armed !== false : name !== "Emergency stop" && state.armed === false;
     const everywhere = live.gaits[state.gait] ?? true;
     this.everywhere = everywhere;
     this.velocity.show(state.velocity, everywhere);
@@ -194,6 +208,7 @@ class Live {
     this.button = button;
     this.orders = {
       "Emergency stop": button("Emergency stop", () => this.emergency(), { className: "stop", title: "Esc: the robot crouches, lets go, and takes no command until it is armed again" }),
+      [ALL]: button(ALL, () => this.emergency(true), { className: "stop", title: "all robots of this world crouch, let go, and take no command until each is armed again" }),
       Walk: button("Walk", () => this.walk(this.settings("walk")), { className: "go" }),
       Stop: button("Stop", () => this.order("key", { key: "x" })),
       Sit: button("Sit", () => this.walk({ op: "motion", motion: "sit-down" })),

@@ -8,8 +8,8 @@ const RUN_DISTANCE = 0.6; // m between two runs that are shown together
 const CHART_EVERY = 50; // ms
 const SOFTWARE_INTERVAL = 31; // ms from one picture to the next without a graphics card
 const THEMES = {
-  dark: { background: [0.078, 0.086, 0.102], floor: [0.155, 0.17, 0.195], grid: [0.55, 0.6, 0.68], shadow: [0.62, 0.5], estimate: [1, 0.66, 0.2], text: "#eceff3", faint: "#8b95a1", field: "#14161a", page: "#1b1e23" },
-  light: { background: [0.933, 0.945, 0.961], floor: [0.965, 0.972, 0.98], grid: [0.5, 0.55, 0.62], shadow: [0.34, 0.4], estimate: [0.91, 0.35, 0.05], text: "#1c2127", faint: "#727d89", field: "#f3f5f8", page: "#ffffff" },
+  dark: { background: [0.078, 0.086, 0.102], floor: [0.155, 0.17, 0.195], carpet: [0.09, 0.24, 0.14], grid: [0.55, 0.6, 0.68], shadow: [0.62, 0.5], estimate: [1, 0.66, 0.2], text: "#eceff3", faint: "#8b95a1", field: "#14161a", page: "#1b1e23" },
+  light: { background: [0.933, 0.945, 0.961], floor: [0.965, 0.972, 0.98], carpet: [0.42, 0.66, 0.46], grid: [0.5, 0.55, 0.62], shadow: [0.34, 0.4], estimate: [0.91, 0.35, 0.05], text: "#1c2127", faint: "#727d89", field: "#f3f5f8", page: "#ffffff" },
 };
 for (const theme of Object.values(THEMES)) theme.event = (event, first) => (first ? EVENTS.fall : (EVENTS[event.kind] ?? "#ff922b"));
 const CAMERA = { azimuth: -0.8, elevation: 0.3, distance: 1.32, shift: [0, 0, 0] };
@@ -25,7 +25,7 @@ const OVERLAYS = {
 };
 const KEYS = {
   "Space": "play, pause", "← →": "one picture back, on", "l": "back to the present (live)", "c": "camera back to its place", "?": "this sheet",
-  "Esc": "emergency stop (live; closes an open sheet first)", "Shift + arrows, + −": "turn, nearer, farther (focus on the picture)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
+  "Esc": "emergency stop of the robot that is shown (live; closes an open sheet first)", "Shift + arrows, + −": "turn, nearer, farther (focus on the picture)", "drag": "turn; right button or two fingers: move; wheel or pinch: nearer", "Shift + drag": "push the robot (live)", "charts": "point to read, click to go there, wheel to zoom",
 };
 
 class Player {
@@ -59,6 +59,7 @@ class Player {
     this.runs = runs;
     for (const run of runs) this.scene.load(run);
     const [{ header }] = runs;
+    this.chooser(header);
     $("title").textContent = runs.map((run) => run.header.title).join(" and ");
     $("subtitle").textContent = runs.map((run) => run.header.subtitle).join(" · ");
     this.time = Math.min(Math.max(this.time, this.first), this.last);
@@ -70,6 +71,19 @@ class Player {
     if (this.difference) differencesTab(this);
     legend(this);
     jointTable(this);
+  }
+
+  // The robots of the world, one of them chosen.
+  chooser({ name, names = [] }) {
+    const select = $("robot");
+    select.hidden = names.length < 2;
+    if ([...select.options].map((option) => option.value).join() !== names.join()) select.replaceChildren(...names.map((each) => new Option(each)));
+    select.value = name;
+  }
+
+  choose(name) {
+    if (this.live) this.live.choose(name);
+    else this.show(this.world.filter(({ header }) => header.name === name));
   }
 
   // The camera at its place.
@@ -108,7 +122,7 @@ class Player {
   }
 
   actors() {
-    return this.runs.filter((run) => run.count).map((run, i) => ({ run, moment: run.moment(Math.min(this.time, run.last)), shift: [0, -RUN_DISTANCE * i, 0] }));
+    return this.runs.filter((run) => run.count).map((run, i) => ({ run, model: run.models[0], moment: run.moment(Math.min(this.time, run.last)), shift: [0, -RUN_DISTANCE * i, 0] }));
   }
 
   // Where the camera is; it follows the robot over the ground, smoothly unless the time jumped.
@@ -163,6 +177,7 @@ class Player {
 
   labels(actors) {
     const shown = actors.length > 1 ? actors.map(({ run, moment, shift }) => [run.header.title, moment.torso.map((x, k) => x + shift[k]), 0.34]) : [];
+    for (const { run, moment } of actors) if (moment.others.length) shown.push(...[{ name: run.header.name, torso: moment.torso }, ...moment.others].map(({ name, torso }) => [name, torso, 0.34]));
     if (this.overlays.estimate) shown.push(...actors.map(({ moment, shift }) => ["estimated pose", moment.torso.map((x, k) => x + shift[k]), 0.26]));
     const box = $("labels");
     while (box.children.length > shown.length) box.lastChild.remove();
@@ -210,7 +225,7 @@ function orbit(player) {
     const step = 0.0012 * camera.distance, { azimuth, shift } = camera;
     camera.shift = [shift[0] + step * (dx * Math.sin(azimuth) - dy * Math.cos(azimuth)), shift[1] - step * (dx * Math.cos(azimuth) + dy * Math.sin(azimuth)), 0];
   };
-  const nearer = (factor) => (camera.distance = Math.min(Math.max(camera.distance * factor, 0.35), 8));
+  const nearer = (factor) => (camera.distance = Math.min(Math.max(camera.distance * factor, 0.35), 14));
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     down.set(event.pointerId, [event.clientX, event.clientY]);
@@ -349,6 +364,7 @@ function controls(player) {
   };
   const camera = () => player.home();
   const acts = { " ": () => player.play(!player.playing), ArrowLeft: () => step(-0.03), ArrowRight: () => step(0.03), c: camera, l: () => player.live && player.follow(), "?": () => sheet("help"), Escape: () => sheet("") };
+  $("robot").addEventListener("change", () => player.choose($("robot").value));
   $("slider").addEventListener("input", () => player.goTo(Number($("slider").value)));
   $("play").addEventListener("click", acts[" "]);
   $("back").addEventListener("click", acts.ArrowLeft);
@@ -360,7 +376,7 @@ function controls(player) {
   addEventListener("keydown", (event) => {
     const { key, target } = event, open = [...document.querySelectorAll(".sheet")].some((each) => !each.hidden);
     if (!player.runs.length || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (key === "Escape" && player.live && !open && !target.matches("select")) return player.live.emergency(), event.preventDefault();
+    if (key === "Escape" && player.live && !open && !target.matches("select:not(#robot)")) return player.live.emergency(), event.preventDefault();
     if (ownKey(target, key)) return;
     const drives = player.live?.drives(key);
     if (!drives && !acts[key]) return;
@@ -394,7 +410,8 @@ async function begin() {
     requestAnimationFrame(tick);
   };
   if (packed.length) {
-    player.show(await Promise.all(packed.map((each) => unpack(Uint8Array.from(atob(each.textContent), (c) => c.charCodeAt(0))))));
+    player.world = await Promise.all(packed.map((each) => unpack(Uint8Array.from(atob(each.textContent), (c) => c.charCodeAt(0)))));
+    player.show(player.world[0].header.names ? [player.world[0]] : player.world);
     addEventListener("hashchange", () => linked(player));
     if (!linked(player)) player.play(true);
     document.body.dataset.ready = "yes";

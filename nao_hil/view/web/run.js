@@ -43,6 +43,7 @@ class Run {
     for (const [name, [at, size]] of Object.entries(this.fields))
       for (let i = 0; i < tables.time.rows; i++) this.rows.set(tables[name].row(i).subarray(0, size), i * this.width + at);
     this.count = tables.time.rows;
+    [this.links, this.chain] = [header.bodies[0].links, header.bodies[0].chain];
     this.prints = [];
     for (let i = 0; i < tables.footprints.rows; i++) this.print(Array.from(tables.footprints.row(i)));
   }
@@ -116,9 +117,10 @@ class Run {
       const a = this.get(i, name), b = this.get(k, name);
       return Array.from(a, (x, n) => (Number.isNaN(b[n]) ? x : x + share * (b[n] - x)));
     };
-    const { header } = this, position = between("position"), points = between("points"), torso = 3 * header.links.indexOf("Torso");
+    const { header } = this, position = between("position"), points = between("points"), torso = 3 * this.links.indexOf("Torso");
     return {
       row: i,
+      others: header.others.map((other, n) => this.other(i, k, share, other, n)).filter(Boolean),
       position,
       torso: position.slice(torso, torso + 3),
       attitude: between("attitude"),
@@ -135,16 +137,32 @@ class Run {
 
   // Position and attitude of the links as encoders and inertial unit have them, the torso at its true place.
   estimate(moment) {
-    const { header } = this, radians = (name) => this.value(moment.row, this.signal[name]) * (Math.PI / 180);
+    const radians = (name) => this.value(moment.row, this.signal[name]) * (Math.PI / 180);
     const yaw = moment.heading, roll = radians("torso roll"), pitch = radians("torso pitch");
     const turn = [[[0, 0, 1], yaw], [[0, 1, 0], pitch], [[1, 0, 0], roll]].map(([axis, angle]) => about(axis, angle)).reduce(times);
-    const poses = { Torso: { position: moment.torso, attitude: turn } };
-    for (const { link, parent, offset, axis, joint } of header.chain) {
-      const { position, attitude } = poses[parent];
-      poses[link] = { position: position.map((x, k) => x + turned(attitude, offset)[k]), attitude: times(attitude, about(axis, radians(`angle ${joint}`))) };
-    }
-    return { position: header.links.flatMap((link) => poses[link].position), attitude: header.links.flatMap((link) => poses[link].attitude) };
+    return placed(this, moment.torso, turn, ({ joint }) => radians(`angle ${joint}`));
   }
+
+  // Another robot of the world between two rows; null: it is not known where it is.
+  other(i, k, share, { name, body }, n) {
+    const width = this.fields.others[1] / this.header.others.length;
+    const [a, b] = [i, k].map((row) => this.get(row, "others").subarray(n * width, (n + 1) * width));
+    if (Number.isNaN(a[0])) return null;
+    const flip = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] < 0 ? -1 : 1; // of two quaternions of an attitude the nearer one
+    const pose = Array.from(a, (x, m) => (Number.isNaN(b[m]) ? x : x + share * ((m > 2 && m < 7 ? flip : 1) * b[m] - x)));
+    const torso = pose.slice(0, 3), turn = pose.slice(3, 7), length = Math.hypot(...turn);
+    return { name, body, torso, ...placed(this.header.bodies[body], torso, turn.map((x) => x / length), ({ index }) => pose[7 + index]) };
+  }
+}
+
+// Position and attitude of the links of a body from those of its torso and the angle (rad) of each joint.
+function placed({ links, chain }, position, attitude, angle) {
+  const poses = { Torso: { position, attitude } };
+  for (const joint of chain) {
+    const parent = poses[joint.parent], offset = turned(parent.attitude, joint.offset);
+    poses[joint.link] = { position: parent.position.map((x, k) => x + offset[k]), attitude: times(parent.attitude, about(joint.axis, angle(joint))) };
+  }
+  return { position: links.flatMap((link) => poses[link].position), attitude: links.flatMap((link) => poses[link].attitude) };
 }
 
 function triples(numbers) {

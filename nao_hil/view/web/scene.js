@@ -25,7 +25,8 @@ uniform sampler2D shade; uniform vec3 middle; uniform vec2 dark;
 float shaded(vec3 at) {
   vec2 uv = 0.5 + 0.5 * (at.xy - middle.xy) / 0.9;
   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
-  vec2 s = texture(shade, uv).rg;
+  vec2 edge = min(uv, 1.0 - uv);
+  vec2 s = texture(shade, uv).rg * smoothstep(0.0, 0.12, min(edge.x, edge.y));
   return (1.0 - dark.x * s.r) * (1.0 - dark.y * s.g);
 }`;
 const MESH_FRAGMENT = `#version 300 es
@@ -36,7 +37,7 @@ in vec3 n; in vec3 c; in vec3 at; in float world; out vec4 colour;
 ${SHADE}
 void main() {
   if (pass != 0) { colour = pass == 3 ? tint : vec4(c, 1.0); return; }
-  vec3 normal = normalize(n), to = normalize(eye - at), base = tint.r < 0.0 ? c : tint.rgb;
+  vec3 normal = normalize(n), to = normalize(eye - at), base = tint.r < 0.0 ? mix(c, vec3(0.5), tint.g) : tint.rgb;
   base *= base;
   float key = max(dot(normal, sun), 0.0), fill = max(dot(normal, vec3(-0.62, 0.55, 0.35)), 0.0);
   vec3 sky = mix(vec3(0.20, 0.19, 0.18), vec3(0.46, 0.49, 0.54), 0.5 + 0.5 * normal.z);
@@ -66,7 +67,7 @@ void main() {
 const FLOOR_FRAGMENT = `#version 300 es
 precision highp float;
 precision highp int;
-uniform vec3 line; uniform vec3 floor_colour; in vec3 at; out vec4 colour;
+uniform vec3 line; uniform vec3 floor_colour; uniform vec3 carpet_colour; uniform vec2 carpet; uniform float reach; in vec3 at; out vec4 colour;
 ${SHADE}
 float lines(float cell, float wide) {
   vec2 unit = at.xy / cell, fine = fwidth(unit);
@@ -74,8 +75,9 @@ float lines(float cell, float wide) {
   return clamp(1.3 - min(near.x, near.y), 0.0, 1.0) * clamp(1.2 - 2.5 * max(fine.x, fine.y), 0.0, 1.0);
 }
 void main() {
-  float away = length(at.xy - middle.xy), far = 1.0 - smoothstep(0.8, 4.5, away);
-  vec3 base = mix(floor_colour, line, max(0.16 * lines(0.1, 1.0), 0.5 * lines(0.5, 1.2)));
+  float away = length(at.xy - middle.xy) / reach, far = 1.0 - smoothstep(0.8, 4.5, away);
+  bool green = all(lessThan(abs(at.xy), carpet));
+  vec3 base = mix(green ? carpet_colour : floor_colour, line, (green ? 0.4 : 1.0) * max(0.16 * lines(0.1, 1.0), 0.5 * lines(0.5, 1.2)));
   colour = vec4(base * shaded(at), far);
 }`;
 const BLUR_VERTEX = `#version 300 es
@@ -100,9 +102,12 @@ const CREASE_COSINE = 0.6; // cosine of the angle over which an edge is drawn sh
 const CORNER_SIZE = 10; // numbers of a corner: position, normal, colour, link
 const CASTER_CELL = 0.016; // m
 const SHADOW_SIZE = { software: 128, card: 256 }; // pixels of the picture of the shadow
+const REPORT_TIME = 170; // ms in which an object moves to where it is reported: they are reported as often
+const SHADOW_REACH = 1.6; // m from the middle of the picture of the shadow to a robot that may cast some into it
 const BLUR_STEP = 0.0047; // of that picture, between two samples of its blur
 const RIBBON_WIDTH = 0.003, HALF_BAR_WIDTH = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
 const ARROW_SCALE = 0.18; // m/(N s)
+const QUIET_COLOURS = [-1, 0.6, 0, 1], OWN_COLOURS = [-1, 0, 0, 1]; // tint of shapes in the colours that they have; the second number is the share of grey
 
 function unit(v) {
   const n = Math.hypot(...v) || 1;
@@ -146,11 +151,16 @@ function frameMatrix(out, at, [x0, y0, z0], [w, x, y, z], [a, b, c] = [1, 1, 1])
   ], 16 * at);
 }
 
-// Corners with normals, smooth but sharp over an edge, and the three indices of each triangle.
-function triangles({ vertices, faces }, pieces) {
+// Corners with normals, smooth but sharp over an edge, and the three indices of each triangle, of a body's pieces.
+function triangles({ vertices, faces }, pieces, body) {
   const out = [], indices = [];
   let v0 = 0, f0 = 0;
   for (const piece of pieces) {
+    if (piece.body !== body) {
+      v0 += piece.vertices;
+      f0 += piece.faces;
+      continue;
+    }
     const sums = Array.from({ length: piece.vertices }, () => [0, 0, 0]), flats = [];
     const corner = (i) => [0, 1, 2].map((k) => vertices.at(v0 + i, k));
     for (let f = f0; f < f0 + piece.faces; f++) {
@@ -186,7 +196,9 @@ function coarse(numbers, indices) {
   return new Uint32Array(out);
 }
 
-// A ball of radius 1, or a cube of edge 1, as triangles in the frame 0.
+// A ball of radius 1, a cube of edge 1, or an upright cylinder of diameter and height 1, as triangles. What is in the
+// frame 0 is ground, on which shadows fall; balls and cylinders, in the frame 1, cast some.
+// The ball has dark spots, so that one that has no tint is seen to roll.
 function ball() {
   const out = [], n = 14;
   const point = (i, k) => [Math.sin((Math.PI * i) / n) * Math.cos((2 * Math.PI * k) / n), Math.sin((Math.PI * i) / n) * Math.sin((2 * Math.PI * k) / n), Math.cos((Math.PI * i) / n)];
@@ -194,8 +206,19 @@ function ball() {
     for (let k = 0; k < n; k++)
       for (const [a, b] of [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]]) {
         const p = point(i + a, k + b);
-        out.push(...p, ...p, 1, 1, 1, 0);
+        out.push(...p, ...p, ...(Math.max(...p.map(Math.abs)) > 0.93 ? [0.12, 0.12, 0.14] : [0.93, 0.93, 0.95]), 1);
       }
+  return new Float32Array(out);
+}
+
+function cylinder() {
+  const out = [], n = 24;
+  const rim = (k, z) => [0.5 * Math.cos((2 * Math.PI * k) / n), 0.5 * Math.sin((2 * Math.PI * k) / n), z];
+  const add = (p, normal) => out.push(...p, ...normal, 1, 1, 1, 1);
+  for (let k = 0; k < n; k++) {
+    for (const [a, z] of [[0, -0.5], [1, -0.5], [1, 0.5], [0, -0.5], [1, 0.5], [0, 0.5]]) add(rim(k + a, z), [...rim(k + a, 0).slice(0, 2).map((x) => 2 * x), 0]);
+    for (const side of [-1, 1]) for (const p of [[0, 0, 0.5 * side], rim(k + (side < 0 ? 1 : 0), 0.5 * side), rim(k + (side < 0 ? 0 : 1), 0.5 * side)]) add(p, [0, 0, side]);
+  }
   return new Float32Array(out);
 }
 
@@ -207,7 +230,7 @@ function cube() {
         const p = [0, 0, 0], n = [0, 0, 0];
         p[axis] = side;
         n[axis] = 2 * side;
-        [p[(axis + 1) % 3], p[(axis + 2) % 3]] = [u, v];
+        [p[(axis + 1) % 3], p[(axis + 2) % 3]] = side > 0 ? [u, v] : [v, u]; // seen from outside each turns to the left
         out.push(...p, ...n, 1, 1, 1, 0);
       }
   return new Float32Array(out);
@@ -227,9 +250,10 @@ class Scene {
     this.solid = { position: 3, normal: 3, colour: 3, frame: 1 };
     this.ball = this.buffer(this.mesh, this.solid, ball());
     this.cube = this.buffer(this.mesh, this.solid, cube());
+    this.cylinder = this.buffer(this.mesh, this.solid, cylinder());
     this.drawn = this.buffer(this.flat, { position: 3, colour: 4 }, new Float32Array());
     const square = [-1, -1, 1, -1, 1, 1, -1, -1, 1, 1, -1, 1];
-    this.plane = this.buffer(this.floor, { corner: 2 }, new Float32Array(square.map((x) => 6 * x)));
+    this.plane = this.buffer(this.floor, { corner: 2 }, new Float32Array(square.map((x) => 20 * x)));
     this.square = this.buffer(this.blur, { corner: 2 }, new Float32Array(square));
     this.targets = [0, 1].map(() => this.target());
     this.frames = new Float32Array(16 * 32);
@@ -289,15 +313,20 @@ class Scene {
     this.sharpness = Math.min(Math.max(this.sharpness * factor, Math.min(0.5, this.sharpest)), this.sharpest);
   }
 
-  // Shapes of a robot and of the ground under it.
+  // Shapes of a run's robot with the ground under it, and of other bodies in its world.
   load(run) {
-    if (run.buffer) return;
-    const [numbers, indices] = triangles(run.shapes, run.header.pieces);
-    run.buffer = this.buffer(this.mesh, this.solid, numbers, indices);
-    run.caster = this.buffer(this.mesh, this.solid, numbers, coarse(numbers, indices));
+    run.models ??= run.header.bodies.map(({ links }, body) => {
+      const [numbers, indices] = triangles(run.shapes, run.header.pieces, body);
+      return { links, shape: this.buffer(this.mesh, this.solid, numbers, indices), caster: this.buffer(this.mesh, this.solid, numbers, coarse(numbers, indices)) };
+    });
   }
 
-  // actors: [{run, moment, shift}], options: {colours, camera, overlays, push}
+  // The other robots of the world of an actor.
+  others({ run, moment, shift }) {
+    return moment.others.map((other) => ({ moment: other, shift, model: run.models[other.body] }));
+  }
+
+  // actors: [{run, moment, shift, model}], options: {colours, camera, overlays, push}
   draw(actors, { colours, camera, overlays, push }) {
     const { gl, canvas } = this, aspect = canvas.width / canvas.height;
     this.view = cameraMatrix(camera.eye, camera.aim, aspect);
@@ -313,7 +342,11 @@ class Scene {
     this.begin(camera, colours);
     for (const actor of actors) {
       this.place(actor);
-      this.solids(actor.run.buffer, [-1, 0, 0, 1], 0);
+      this.solids(actor.model.shape, OWN_COLOURS, 0);
+      for (const other of this.others(actor)) {
+        this.place(other);
+        this.solids(other.model.shape, QUIET_COLOURS, 0);
+      }
     }
     for (const actor of actors) this.lights(actor);
     this.objects();
@@ -322,6 +355,7 @@ class Scene {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     this.ground(camera, colours);
+    this.flats(this.lines(), 1);
     if (overlays.estimate) for (const actor of actors) this.outline(actor, colours);
     for (const actor of actors) this.marks(actor, overlays, push);
     gl.disable(gl.BLEND);
@@ -359,10 +393,12 @@ class Scene {
     gl.useProgram(this.mesh.program);
     gl.bindTexture(gl.TEXTURE_2D, null);
     this.light(this.mesh);
-    for (const actor of actors) {
+    const near = ({ moment: { torso } }) => Math.hypot(torso[0] - this.middle[0], torso[1] - this.middle[1]) < SHADOW_REACH;
+    for (const actor of [...actors, ...actors.flatMap((each) => this.others(each)).filter(near)]) {
       this.place(actor);
-      for (const pass of [1, 2]) this.solids(actor.run.caster, [0, 0, 0, 1], pass);
+      for (const pass of [1, 2]) this.solids(actor.model.caster, [0, 0, 0, 1], pass);
     }
+    for (const pass of [1, 2]) this.objects(pass);
     gl.blendEquation(gl.FUNC_ADD);
     gl.disable(gl.BLEND);
     gl.useProgram(this.blur.program);
@@ -376,9 +412,9 @@ class Scene {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  place({ run, moment, shift }, pose = moment) {
+  place({ moment, shift, model }, pose = moment) {
     frameMatrix(this.frames, 0, [0, 0, 0], [1, 0, 0, 0]);
-    run.header.links.forEach((_, i) => {
+    model.links.forEach((_, i) => {
       const at = pose.position.slice(3 * i, 3 * i + 3).map((x, k) => x + shift[k]);
       frameMatrix(this.frames, 1 + i, at, pose.attitude.slice(4 * i, 4 * i + 4));
     });
@@ -396,16 +432,19 @@ class Scene {
     else gl.drawArrays(gl.TRIANGLES, 0, shapes.count);
   }
 
-  single(shapes, at, attitude, size, tint) {
-    frameMatrix(this.one, 0, at, attitude, size);
+  single(shapes, at, attitude, size, tint, pass = 0) {
+    for (const frame of [0, 1]) frameMatrix(this.one, frame, at, attitude, size);
     this.gl.useProgram(this.mesh.program);
     this.gl.uniformMatrix4fv(this.mesh.at("frames"), false, this.one);
-    this.solids(shapes, tint, 0);
+    this.solids(shapes, tint, pass);
   }
 
-  objects() {
-    const colour = this.header.colours.object.map((x) => x / 255);
-    for (const { size, position, attitude } of this.header.objects) this.single(this.cube, position, attitude, size, [...colour, 1]);
+  objects(pass = 0) {
+    for (const object of this.header.objects) {
+      const { shape, size, colour } = object, { position, attitude } = objectPose(object);
+      if (shape === "ball") this.single(this.ball, position, attitude, size.map((edge) => 0.5 * edge), OWN_COLOURS, pass);
+      else this.single(shape === "pole" ? this.cylinder : this.cube, position, attitude, size, [...colour.map((x) => x / 255), 1], pass);
+    }
   }
 
   ground(camera, colours) {
@@ -415,8 +454,23 @@ class Scene {
     this.light(floor, colours);
     gl.uniform3fv(floor.at("line"), colours.grid);
     gl.uniform3fv(floor.at("floor_colour"), colours.floor);
+    gl.uniform3fv(floor.at("carpet_colour"), colours.carpet);
+    gl.uniform2fv(floor.at("carpet"), (this.header.field?.size ?? [0, 0]).map((edge) => 0.5 * edge));
+    gl.uniform1f(floor.at("reach"), Math.max(1, Math.hypot(...minus(camera.eye, camera.aim)) / 2));
     gl.bindVertexArray(this.plane.array);
     gl.drawArrays(gl.TRIANGLES, 0, 6);
+  }
+
+  // White lines of the field.
+  lines() {
+    const { field, floor } = this.header, out = [];
+    for (const [x, y, u, v, width] of field?.stripes ?? []) {
+      const [a, b] = unit([u - x, v - y]).map((part) => 0.5 * width * part); // along it; (-b, a) is across
+      const corner = (px, py, along, across) => [px + along * a - across * b, py + along * b + across * a];
+      const quad = [corner(x, y, -1, -1), corner(u, v, 1, -1), corner(u, v, 1, 1), corner(x, y, -1, 1)];
+      for (const i of [0, 1, 2, 0, 2, 3]) out.push(...quad[i], -(floor[0] * quad[i][0] + floor[1] * quad[i][1]) / floor[2], 1, 1, 1, 1);
+    }
+    return out;
   }
 
   // The estimated pose as an outline, whatever it is behind.
@@ -428,10 +482,10 @@ class Scene {
     gl.stencilFunc(gl.ALWAYS, 1, 1);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
     gl.colorMask(false, false, false, false);
-    this.solids(actor.run.buffer, [0, 0, 0, 1], 3);
+    this.solids(actor.model.shape, [0, 0, 0, 1], 3);
     gl.colorMask(true, true, true, true);
     gl.stencilFunc(gl.EQUAL, 0, 1);
-    this.solids(actor.run.buffer, [...colours.estimate, 1], 3, 0.003);
+    this.solids(actor.model.shape, [...colours.estimate, 1], 3, 0.003);
     gl.clear(gl.STENCIL_BUFFER_BIT);
     gl.disable(gl.STENCIL_TEST);
     gl.enable(gl.DEPTH_TEST);
@@ -529,6 +583,14 @@ class Scene {
     const [u, v] = [0, 1].map((k) => (m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]) / w);
     return [0.5 * (1 + u) * this.canvas.clientWidth, 0.5 * (1 - v) * this.canvas.clientHeight];
   }
+}
+
+// Pose of an object on its way from the last one that was reported, `before`, since the time `since`, ms.
+function objectPose({ position, attitude, before, since }) {
+  const share = before ? Math.min((performance.now() - since) / REPORT_TIME, 1) : 1;
+  if (share === 1) return { position, attitude };
+  const flip = attitude.reduce((sum, x, k) => sum + x * before.attitude[k], 0) < 0 ? -1 : 1;
+  return { position: position.map((x, k) => before.position[k] + share * (x - before.position[k])), attitude: attitude.map((x, k) => flip * before.attitude[k] * (1 - share) + share * x) };
 }
 
 function renderer() {

@@ -1,0 +1,84 @@
+"""The page of a world of several robots, in a headless browser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.link.client import GuardClient, WorldClient
+from bridge.messages.world import PlaceBox
+from tests.loops import until
+from tests.ports import free_port
+from tests.system.pages import browser_page, open_page
+
+Start = Callable[..., Any]
+
+pytestmark = pytest.mark.browser
+WORLD = """
+[[robots]]
+name = "red"
+robot = "nao-v4"
+
+[[robots]]
+name = "blue"
+robot = "nao-v5"
+seed = 1
+at = [0.9, 0.4]
+yaw = 90.0
+"""
+OTHERS = "player.actors()[0].moment.others.map(({ name, torso, position }) => [name, torso, position.length])"
+
+
+def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
+    start: Start, endpoint: str, port: int, tmp_path: Path
+) -> None:
+    file, errors, run = tmp_path / "world.toml", list[str](), tmp_path / "run"
+    file.write_text(WORLD)
+    emulate = start(
+        *("emulate", "--world", str(file), "--scenario", "field-small", "--engine", "mujoco"),
+        *("--listen", endpoint, "--out", str(run)),
+    )
+    start("view", "--connect", endpoint, "--port", str(port))
+    with ExitStack() as opened, browser_page(errors) as page:
+        open_page(page, port)
+        world = opened.enter_context(WorldClient("blue", endpoint))
+        guards = {name: opened.enter_context(GuardClient(name, endpoint)) for name in ("red", "blue")}
+        chooser = page.get_by_label("robot that is shown and gets the orders")
+        until(lambda: chooser.locator("option").count() == 2, "both robots")
+        assert chooser.input_value() == "red"
+        until(lambda: page.evaluate(OTHERS), "the other robot")
+        ((name, torso, numbers),) = page.evaluate(OTHERS)
+        assert name == "blue" and numbers > 3 * 20
+        assert torso[:2] == pytest.approx([0.9, 0.4], abs=0.05) and 0.2 < torso[2] < 0.4
+        world.send(PlaceBox(name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(1.5, 0.0)))
+        objects = partial(page.evaluate, "player.runs[0].header.objects.map(({ shape }) => shape)")
+        until(lambda: sorted(objects()) == [*["ball"], *["box"] * 2, *["pole"] * 4], "ball and goals")
+
+        chooser.focus()
+        page.keyboard.press("ArrowDown" if chooser.input_value() == "red" else "ArrowUp")
+        until(lambda: page.inner_text("#title") == "robot blue", "the chosen robot")
+        until(lambda: [each[0] for each in page.evaluate(OTHERS)] == ["red"], "the other one")
+        page.keyboard.press("Escape")  # the chooser has the focus
+        until(lambda: guards["blue"].status().reason == "stop", "the stop of the chosen robot")
+        assert guards["red"].status().armed
+        page.get_by_role("button", name="Emergency stop all", exact=True).click()
+        until(lambda: not guards["red"].status().armed, "the stop of all")
+        until(lambda: "red: " in page.inner_text("#toast"), "the answer of each")
+        assert errors == []
+    emulate.interrupt()
+
+    other = free_port()
+    start("view", "--replay", str(run), "--name", "blue", "--port", str(other))
+    with browser_page(errors) as page:
+        open_page(page, other)
+        assert page.inner_text("#title") == "robot blue"
+        page.get_by_label("robot that is shown and gets the orders").select_option("red")
+        assert page.inner_text("#title") == "robot red"
+        ((name, torso, _),) = page.evaluate(OTHERS)
+        assert name == "blue" and torso[:2] == pytest.approx([0.9, 0.4], abs=0.05)
+        assert errors == []
