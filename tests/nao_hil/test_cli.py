@@ -356,6 +356,7 @@ STOOD = WalkResult(
     displacement=(0.072, -0.011, -0.0227),
     fell=False,
     fall_cause="",
+    failure="",
     late=False,
     interruptions=0,
     ticks=800,
