@@ -43,5 +43,9 @@ class WalkRefused(NaoHilError):
     exit_code = 2
 
 
+class WalkFailed(NaoHilError):
+    """A walk that could not be carried out to its end, though robot and link are well; names the cause."""
+
+
 class NaoqiRefused(NaoHilError):
     """A NAOqi call that cannot be carried out; names the fault and the remedy."""

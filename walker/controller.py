@@ -14,12 +14,14 @@ from typing import Any
 
 from bridge.body import Body
 from bridge.body.kinematics import FloatingBase
+from bridge.histogram import Percentiles
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
 from bridge.types import Vec3
 from walker.estimation.ground import Corrections
 from walker.estimator import Estimator
 from walker.gaits import Foothold, Gait, Plan
+from walker.gaits.learned.gait import LearnedGait
 from walker.gaits.order import Steering, WalkEnd, WalkOrder, WalkPlanner
 from walker.monitor import Estimate, Monitor
 from walker.parameters import ControllerParameters, controller_parameters
@@ -81,6 +83,8 @@ class Controller:
         """Number of walks resumed from a stand, after a gap too long for resuming in stride."""
         self.fall_cause = ""
         """Reason of the last detected or predicted fall."""
+        self.failure = ""
+        """Why the last walk ended before its order was carried out; empty: it did not."""
         self._kinematics = FloatingBase(body)
         self._estimator = Estimator(self._kinematics, p)
         self._walk_end = WalkEnd(p.latency, cycle)
@@ -100,6 +104,7 @@ class Controller:
             "lie": self._lie,
             "rest": self._rest,
             "interrupt": self._interrupt,
+            "fail": self._fail,
             "capture step": self._begin_capture_step,
             "play": self._play,
             "begin": self._begin,
@@ -148,6 +153,12 @@ class Controller:
     def lies(self) -> bool:
         """The robot fell, and has not been put on its feet."""
         return self._state.name == "fallen" and bool(self._estimate.fall)
+
+    @property
+    def inference(self) -> Percentiles | None:
+        """Wall time of the calls of a learned gait's network; None: the gait has none."""
+        gait = self._walk.gait
+        return gait.network.times.percentiles() if isinstance(gait, LearnedGait) else None
 
     @property
     def airborne(self) -> bool:
@@ -400,7 +411,7 @@ class Controller:
     def _resume(self, _: SensorFrame) -> None:
         """Move from any joint angles to the stand, and from there walk to the end of the order."""
         self._recovery.note_end(self._state)
-        walk = self._walk = self._walk.with_fresh_controllers(self._body, self._cycle)
+        walk = self._walk = self._walk.with_fresh_controllers()
         now, before, stops = self._planner, self._walking, self._walking.name == "stopping"
         planner = WalkPlanner(walk.gait, now.order, self.planned_pose, self.plan.step, now.velocity)
         self._restart_walk(planner, walk.stabilizer.holding, walked=before.walked, forget=True)
@@ -413,14 +424,23 @@ class Controller:
         self._estimate = self._estimate._replace(delay=0.0)  # so does the mean of the new monitor
         self.interruptions += 1
 
+    def _fail(self, _: SensorFrame) -> None:
+        """Hold the last joint angles, and move slowly from them to the stand; the order is given up."""
+        assert isinstance(self._state, Walking)
+        held, walk = self._state.position, self._walk
+        self.failure = self._state.failure
+        planner = WalkPlanner(walk.gait, walk.order, self.planned_pose, self.plan.step)
+        self._restart_walk(planner, lambda _: held, to_stand=True)
+
     def _begin(self, _: SensorFrame) -> None:
         """Begin the ordered walk where the robot is: from its stand, or through the new gait's."""
         assert self._next is not None
         walk, before, state = self._next, self._walk, self._state
-        self._next = self._steering = None
+        self._next, self._steering, self.failure = None, None, ""
         lies = state.name == "fallen"
         fell, self._fell = lies or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
+        same = same and walk.gait.name == before.gait.name
         if same:  # the corrections found for this ground stay
             walk = replace(walk, stabilizer=before.stabilizer)
         self._walk = walk
@@ -461,4 +481,5 @@ class Controller:
             ankle_pitch=c.ankle_pitch,
             torso_control=c.torso,
             fall_cause=self.fall_cause,
+            failure=self.failure,
         )

@@ -12,7 +12,7 @@ import msgspec
 from bridge.body import Body, body_of, load_body
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent, WalkRefused
 from bridge.guard import GuardSettings
-from bridge.histogram import DurationHistogram
+from bridge.histogram import DurationHistogram, Percentiles
 from bridge.link import ControllerLink, keys
 from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, decode
 from bridge.messages.frames import ORDER
@@ -54,6 +54,8 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     """By the fused torso angle."""
     fall_cause: str
     """Reason of the last fall; empty: none."""
+    failure: str
+    """Why the last walk ended before its order was carried out; empty: it did not."""
     late: bool
     """Stopped because answers are later than the gait permits, see `walker.monitor`."""
     interruptions: int
@@ -65,6 +67,8 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     """Median duration of a tick, s."""
     tick_p99: float
     """Duration that 99 % of the ticks keep, s."""
+    inference: Percentiles | None = None
+    """Wall time of the calls of a learned gait's network; None: the gait has none."""
 
 
 class WalkerProcess:
@@ -285,7 +289,7 @@ class WalkerProcess:
         if self._service is not None and not self._closes:
             self._service.before(controller, frame.seq)
         self._take_upper_body(controller)
-        before, state = controller.interruptions, controller.state
+        before, state, failure = controller.interruptions, controller.state, controller.failure
         began = time.perf_counter()
         self._last = controller.tick(frame)
         tick = time.perf_counter() - began
@@ -294,6 +298,8 @@ class WalkerProcess:
             raise WalkRefused(HANGS)
         if controller.state == "fallen" != state:
             logger.warning("the robot falls: %s", controller.fall_cause)
+        if controller.failure and not failure:
+            logger.warning("the walk ends: %s; the robot moves to its stand", controller.failure)
         if controller.interruptions > before:
             self._interruptions += 1
             logger.warning(
@@ -374,10 +380,12 @@ class WalkerProcess:
             late=self._late,
             fell=controller is not None and controller.state == "fallen",
             fall_cause=controller.fall_cause if controller else "",
-            done=controller is not None and controller.done and not self._late,
+            failure=controller.failure if controller else "",
+            done=controller is not None and controller.done and not self._late and not controller.failure,
             ticks=ticks.count,
             interruptions=self._interruptions,
             skipped=self._skipped,
             tick_p50=ticks.p50,
             tick_p99=ticks.p99,
+            inference=controller.inference if controller else None,
         )

@@ -21,8 +21,9 @@ from bridge.messages import decode_command, encode
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.motion import GET_UP, GetUp, Lying, MotionPlayer, get_up_motions, named_motion
 from bridge.types import Vec3
+from bridge.validation import unknown_name
 from walker.controller import Controller
-from walker.gaits import Gait, gait_parameters
+from walker.gaits import GAITS, Gait, gait_parameters
 from walker.gaits.catalogue import walkable_gait
 from walker.gaits.gait import GaitParameters, clipped_in_words
 from walker.gaits.order import WalkOrder, target_order
@@ -314,6 +315,10 @@ class WalkService:
         """The last request, changed by a command; another gait resets controllers and velocity to its own."""
         request = self._request
         if command.gait is not None and command.gait != request.gait:
+            if command.gait not in (*GAITS, self._first_gait):
+                # a sheet names files of the walker's machine, which its user chooses, not the link
+                known = (*GAITS, self._first_gait)
+                raise WalkRefused(_sentence(unknown_name("gait", command.gait, dict.fromkeys(known))))
             request = WalkRequest(command.gait, None, None, None)
         if command.torso is not None:
             request = request._replace(torso=command.torso)

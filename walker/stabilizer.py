@@ -49,6 +49,10 @@ class Stabilizer:
 
     def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
         self._pose = pose
+        self.stiffness = 1.0
+        """Of all joints in the walk."""
+        self.failure = ""
+        """Why it cannot go on: never."""
         on = parameters.switches
         self._backward_step = BackwardStep(parameters.backward_step, body)
         self._compliance = JointCompliance(parameters.compliance, body, cycle, parameters.latency)

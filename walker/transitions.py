@@ -28,6 +28,7 @@ Verb = Literal[
     "lie",
     "rest",
     "interrupt",
+    "fail",
     "capture step",
     "play",
     "begin",
@@ -100,6 +101,10 @@ def _put_on_its_feet(s: Situation) -> bool:
     return legs_hold(s.frame, state.stiffness) and math.hypot(*s.frame.angle) < s.parameters.fall.angle
 
 
+def _failed(s: Situation) -> bool:
+    return isinstance(s.state, Walking) and bool(s.state.failure)
+
+
 def _may_begin(s: Situation) -> bool:
     """A walk may begin from a stand, from lying upright, or near to a stand that is approached."""
     if not s.walk_ordered:
@@ -128,6 +133,8 @@ TRANSITIONS: Final = (
     # Before an ordered motion or walk: these then begin from the stand.
     Transition(("fallen", "rest"), _put_on_its_feet, "stand up"),
     Transition(WALKING, lambda s: s.estimate.gap > s.parameters.max_gap, "interrupt"),
+    # After the fall: a robot that falls braces.
+    Transition(WALKING, _failed, "fail"),
     # Before orders: a robot that tips over has no time for them.
     Transition(("stand",), lambda s: s.estimate.feedback.capture_step is not None, "capture step"),
     # A motion before a walk: ordering a motion drops the walk, so a waiting walk is the later order.

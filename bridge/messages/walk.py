@@ -39,7 +39,7 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     target: Vec3 | None = None
     """Goal of the walk from the robot's present pose: forward and to the left, m, and turn, rad. For gaits that
     walk in any direction."""
-    gait: Annotated[str, msgspec.Meta(max_length=64)] | None = None
+    gait: Annotated[str, msgspec.Meta(max_length=4096)] | None = None
     """Name of one of the walker's gaits, in force from the next stand on; with `walk` the walker stops for it,
     then walks on."""
     torso: TorsoName | None = None
@@ -138,5 +138,7 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     """Added to LAnklePitch and RAnklePitch by torso control, damping and lean feedback, rad."""
     fall_cause: str = ""
     """Why the robot was taken for falling, the last time; empty: never."""
+    failure: str = ""
+    """Why the last walk ended before its order was carried out; empty: it did not."""
     tick: Finite = 0.0
     """Duration of the controller's tick, s (0 in recordings without wall-clock values)."""

@@ -18,13 +18,11 @@ from bridge.adapters.lola.server import LolaServer
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_free, require_qi
 from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
-from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.link.certificates import OPEN_MARK
 from bridge.link.session import split_open
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from bridge.types import Vec3
-from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, log_to_stderr
@@ -185,10 +183,9 @@ def serve_naoqi(
     # Imported late: all commands would wait for them, scipy among them.
     from bridge.adapters.naoqi.server import NaoqiServer
     from nao_hil.runs.folder import name_of_now
-    from walker.gaits import GAITS
+    from walker.gaits.catalogue import gait_kind
 
-    if gait not in GAITS:
-        raise ConfigurationError(unknown_name("gait", gait, GAITS))
+    gait_kind(gait)  # refuses an unknown name before anything has begun
     given, url = url, split_open(url, lambda plain: check_url(plain)[0])
 
     require_qi()

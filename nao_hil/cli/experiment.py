@@ -93,10 +93,11 @@ def experiment(
         takes = ", ".join(f"`{each}`" for each, entry in EXPERIMENTS.items() if entry.any_gait)
         raise ConfigurationError(f"--gait: {name} has gaits of its own; {takes} take one.")
     if gait is not None:
-        from walker.gaits.catalogue import gait_kind
-
-        gait_kind(gait)  # refuses an unknown name before anything has begun
-    changes = chosen_engine(_changes(config, robot, wear, engine, gait), open_console())
+        # refuses an unknown name before anything has begun; the path of a sheet becomes absolute
+        several = gait.split(",") if name != ALL and EXPERIMENTS[name].gaits else [gait]
+        found = [run_config(None, gait=each).gait for each in several]
+        gait, first = ",".join(found), found[0]
+    changes = chosen_engine(_changes(config, robot, wear, engine, gait and first), open_console())
     directory = RunDirectory(out)
     directory.write_config(changes)
     # Imported late: physics, figures and the template are for those who run one.

@@ -120,7 +120,10 @@ Recover = Annotated[
 
 
 Gait = Annotated[
-    str | None, _choice("--gait", "Gait: a name of `nao-hil gaits`.", metavar="GAIT", of="walker.gaits:GAITS")
+    str | None,
+    _choice(
+        "--gait", "Gait: a name of `nao-hil gaits`, or onnx:SHEET.", metavar="GAIT", of="walker.gaits:GAITS"
+    ),
 ]
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from bridge.body import load_body
 from bridge.config import from_dict
-from bridge.errors import ConfigurationError, LinkError, NaoHilError
+from bridge.errors import ConfigurationError, LinkError, NaoHilError, WalkFailed
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import check_free
 from bridge.motion import get_up_motions
@@ -204,7 +205,9 @@ def _in_process(settings: RunConfig, directory: RunDirectory) -> Answer:
     interrupted = stop.is_set()
     data = msgspec.to_builtins(summary) | {"config": msgspec.to_builtins(settings)}
     data = conclude(data, directory, console, interrupted=interrupted, target=settings.target)
-    return Answer(data, code=1 if summary.falls > summary.recoveries else 130 if interrupted else 0)
+    fell = summary.falls > summary.recoveries
+    error = _walk_failed(data, fell=fell)
+    return Answer(data, code=1 if fell else 130 if interrupted else 0, error=error)
 
 
 def _conclude(
@@ -221,18 +224,34 @@ def _conclude(
     failed = [
         (name, outcome)
         for name, outcome in (("robot", robot), ("walker", walker))
-        if outcome is not None and (outcome.code not in (0, 1, 130) or outcome.result is None)
+        if outcome is not None and not _ended_well(outcome)
     ]
     if failed:
         # A side that ended because the other failed has no result either: the one with the reason speaks.
         raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
     assert robot.result is not None
-    summary = robot.result | {"walker": walker.result if walker is not None else None}
+    inference = walker.result["inference"] if walker is not None and walker.result else None
+    summary = robot.result | {"walker": walker.result if walker is not None else None, "inference": inference}
     summary = conclude(summary, directory, console, interrupted=interrupted, target=settings.target)
     if walker is None:
         return Answer(summary, code=3)
     fell = summary["falls"] > summary["recoveries"] or walker.code == 1
-    return Answer(summary, code=1 if fell else 130 if interrupted else 0)
+    return Answer(
+        summary, code=1 if fell else 130 if interrupted else 0, error=_walk_failed(summary, fell=fell)
+    )
+
+
+def _ended_well(outcome: ChildResult) -> bool:
+    """Whether a side carried its task out, or its walk ended by a failure that its result names."""
+    if outcome.result is None:
+        return False
+    return outcome.code in (0, 1, 130) or bool(outcome.result.get("failure"))
+
+
+def _walk_failed(summary: Mapping[str, Any], *, fell: bool) -> WalkFailed | None:
+    """The error of a walk that ended before its order, on its feet."""
+    failure = summary["failure"]
+    return WalkFailed(f"The walk ended: {failure}. The robot stands.") if failure and not fell else None
 
 
 def _failure(name: str, outcome: ChildResult) -> NaoHilError:

@@ -13,7 +13,7 @@ import msgspec
 import typer
 
 from bridge.body import load_body
-from bridge.errors import LinkError
+from bridge.errors import LinkError, NaoHilError, WalkFailed
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.messages.walk import WALK_COMMAND
 from bridge.realtime import CONTROLLER_PRIORITY
@@ -102,7 +102,9 @@ def _answer(result: WalkResult, settings: RunConfig, serve: bool) -> Answer:
     """Result, configuration and exit code of a walk."""
     data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}
     late = LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
-    worse = late if result.late and not serve and not result.fell else None
+    worse: NaoHilError | None = late if result.late and not serve and not result.fell else None
+    if result.failure and not serve and not result.fell:
+        worse = WalkFailed(f"The walk ended: {result.failure}. The robot stands.")
     code = 1 if result.fell else 0 if result.done or serve else 130
     return Answer(data, "" if serve else in_words(result), code, worse)
 

@@ -25,6 +25,8 @@ class Entry(NamedTuple):
     """Part of `all`."""
     any_gait: bool = False
     """Takes `--gait`."""
+    gaits: bool = False
+    """Takes several, separated by commas."""
 
     def load(self) -> Experiment[Any]:
         """The declaration."""
@@ -73,6 +75,9 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "feedback": Entry("mechanisms.FEEDBACK", "each feedback of a gait switched off in turn", 50, any_gait=True),
     "falls": Entry(
         "falls.FALLS", "pushed in a walk: falls foreseen, how hard, got up again", 20, any_gait=True
+    ),
+    "policies": Entry(
+        "policies.POLICIES", "gaits and learned policies on the same courses", 20, any_gait=True, gaits=True
     ),
     "real-robots": Entry("real_robots.REAL_ROBOTS", "every figure of real robots, and of the emulated one", 5),
     "tracking": Entry("real_robots.TRACKING", "tracking errors of the legs in a walk", 5),

@@ -85,7 +85,7 @@ def run_config(
         ConfigurationError: unreadable file, unknown key, or an impossible value.
     """
     # imported late: help and completion need not wait for the walk
-    from walker.gaits import GAITS
+    from walker.gaits.catalogue import gait_kind
     from walker.parameters import merged
     from walker.switches import switch_changes
 
@@ -95,9 +95,11 @@ def run_config(
         given.setdefault("steps", 0)
     given["controller"] = merged(base.controller, switch_changes(stabilizer, torso, admittance))
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
-    if config.gait not in GAITS:
+    try:
+        gait_kind(config.gait)
+    except ConfigurationError as error:
         where = "options" if "gait" in given else str(file)
-        raise ConfigurationError(f"{where}: {unknown_name('gait', config.gait, GAITS)}")
+        raise ConfigurationError(f"{where}: {error}") from None
     config = _with_paths(config, Path())
     if config.steps == 1:
         raise ConfigurationError(
@@ -118,5 +120,8 @@ def is_path(name_or_path: str) -> bool:
 
 def _with_paths(config: RunConfig, folder: Path) -> RunConfig:
     """The configuration with absolute paths, given those relative to a folder."""
+    prefix, is_sheet, sheet = config.gait.partition("onnx:")
+    if is_sheet and not prefix and is_path(sheet):
+        config = msgspec.structs.replace(config, gait=f"onnx:{(folder / sheet).absolute()}")
     paths = {f: str((folder / value).absolute()) for f in FILES if is_path(value := getattr(config, f))}
     return msgspec.structs.replace(config, **paths)

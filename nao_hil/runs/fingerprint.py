@@ -32,7 +32,7 @@ IN_PROCESS: Final = (
 """Sources and data of a walk in process. Nothing in them imports another part of nao_hil (import-linter)."""
 PROCESSES: Final = ("bridge", "emulator", "walker", "nao_hil")
 """Sources and data of walks that are started as `nao-hil` commands."""
-LIBRARIES: Final = ("numpy", "scipy", "numba", "pybullet", "mujoco", "msgspec")
+LIBRARIES: Final = ("numpy", "scipy", "numba", "pybullet", "mujoco", "msgspec", "onnxruntime")
 """Packages whose version may change a number."""
 
 

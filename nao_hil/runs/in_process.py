@@ -6,6 +6,8 @@ import itertools
 import time
 from collections.abc import Callable, Sequence
 
+import msgspec
+
 from bridge.guard import Guard
 from bridge.messages import Notice
 from bridge.recording.observer import Observer
@@ -37,7 +39,8 @@ def walk_in_process(
         controller = make(robot.body, robot.body.cycle)
         began = time.monotonic()
         run(robot, Guard(robot.body, settings.guard), controller, [statistics, *observers], ended=stop)
-        return statistics.summary(time.monotonic() - began)
+        summary = statistics.summary(time.monotonic() - began)
+        return msgspec.structs.replace(summary, inference=controller.inference)
 
 
 def run(

@@ -16,16 +16,19 @@ from emulator.wear import load_wear
 from nao_hil.files import write_bytes
 from nao_hil.runs.fingerprint import fingerprint, library_versions, source_hash
 from nao_hil.runs.walk import Ending, Walk, WalkEnd, WalkOutcome
+from walker.gaits.catalogue import policy_files
 
 Result = TypeVar("Result", bound=msgspec.Struct)
 
 
 def key(walk: Walk) -> str:
-    """Fingerprint of a walk: configuration, seed, world, contents of body and wear profile; not its name."""
+    """Fingerprint of a walk: configuration, seed, world, contents of body, wear and policy; not its name."""
     body = walk.body or load_body(walk.config.robot)
     wear = walk.wear or load_wear(walk.config.wear, body)
     config = msgspec.structs.replace(walk.config, robot="", wear="")
-    return fingerprint(msgspec.structs.replace(walk, name="", config=config, body=None, wear=None), body, wear)
+    policy = [hashlib.sha256(file.read_bytes()).hexdigest() for file in policy_files(config.gait)]
+    walk = msgspec.structs.replace(walk, name="", config=config, body=None, wear=None)
+    return fingerprint(walk, body, wear, *policy)
 
 
 def stored(file: Path, key: str, kind: type[Result], make: Callable[[], Result]) -> Result:

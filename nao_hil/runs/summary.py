@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 import msgspec
 
 from bridge.body.fall import has_fallen
+from bridge.histogram import Percentiles
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import FrameHash
 from bridge.recording.observer import Observer
@@ -68,6 +69,10 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Name of the physics engine."""
     resets: int = 0
     """Number of resets of the world."""
+    failure: str = ""
+    """Why the last walk ended before its order was carried out, by the walker's telemetry; empty: it was."""
+    inference: Percentiles | None = None
+    """Wall time of the calls of a learned gait's network, s; None: the gait has none."""
 
 
 MISSED_SHARE: Final = 0.02
@@ -116,6 +121,7 @@ class RunStatistics(Observer):
     def __init__(self, seed: int, engine: str) -> None:
         self._seed, self._engine = seed, engine
         self._resets = self._falls = self._recoveries = 0
+        self._failure = ""
         self._watch = FallWatch()
         self._was_lying = False
         """The robot lay and has not got up."""
@@ -251,6 +257,7 @@ class RunStatistics(Observer):
         lies = message.state in ("fallen", "motion") and has_fallen(self._tilt)
         self._was_lying = lies or (self._was_lying and not gets_up)
         self._watch.telemetry(message)
+        self._failure = message.failure
         if message.step < self._step:  # another walk
             self._steps_before += self._step
         self._step = message.step
@@ -295,6 +302,7 @@ class RunStatistics(Observer):
             seed=self._seed,
             engine=self._engine,
             resets=self._resets,
+            failure=self._failure,
         )
 
 

@@ -15,6 +15,7 @@ import nao_hil
 from bridge.errors import LinkError, WalkRefused
 from bridge.link import ControllerLink
 from bridge.link.client import WalkClient
+from nao_hil.cli.main import run
 from tests.loops import TIMEOUT, repeat_while, until
 from tests.processes import REPOSITORY, module_of, python
 
@@ -74,6 +75,18 @@ def test_own_controller_with_msgpack_alone(robot: str) -> None:
     text = output("own_controller_msgpack.py", robot)
     assert numbers(text) == pytest.approx([-0.3, 0.3], abs=0.03)
     code = (EXAMPLES / "own_controller_msgpack.py").read_text()
+    assert not re.search(r"^(from|import) (bridge|emulator|walker|nao_hil)", code, re.MULTILINE)
+
+
+def test_training_environment_in_mujoco_alone(tmp_path: Path) -> None:
+    assert run(["export", "folder", "--robot", "nao-v6", "--out", str(tmp_path)]) == 0
+    seen = [
+        output("mujoco_env.py", str(tmp_path / "scene.xml"), "--noise", "0", *changes)
+        for changes in ([], ["--no-play"], ["--delay", "0.001"], [])
+    ]
+    assert all(text.startswith("31 numbers seen, 11 joints") and "fell: False" in text for text in seen)
+    assert seen[0] == seen[3] and len(set(seen)) >= 2
+    code = (EXAMPLES / "mujoco_env.py").read_text()
     assert not re.search(r"^(from|import) (bridge|emulator|walker|nao_hil)", code, re.MULTILINE)
 
 

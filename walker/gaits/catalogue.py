@@ -1,6 +1,6 @@
 """Gaits by name, with their parameters: the shipped ones, changed on request, and checked for a body.
 
-To add a gait takes its folder here and its name in `GAITS`.
+To add a gait takes its folder here and its name in `GAITS`; a learned one is named by its sheet, `onnx:SHEET`.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from bridge.errors import ConfigurationError
 from bridge.types import SIDES, Side
 from bridge.validation import unknown_name
 from walker.gaits.gait import Gait, GaitKind, GaitParameters, dry_walk, standing_plan
+from walker.gaits.learned import PREFIX, learned_kind, sheet_path
+from walker.gaits.learned.parameters import LearnedParameters
 from walker.gaits.plan import Plan
 from walker.gaits.pose import PoseMaker
 
@@ -34,6 +36,8 @@ _OF_THESIS: Final = ("static", "dynamic")
 
 def _folder(name: str) -> tuple[str, ...]:
     """Names of the folders from this one to that of a gait."""
+    if name.startswith(PREFIX):
+        return ("learned",)
     return ("thesis", name) if name in _OF_THESIS else (name,)
 
 
@@ -44,8 +48,10 @@ def gait_kind(name: str) -> GaitKind:
     Raises:
         ConfigurationError: unknown gait.
     """
+    if name.startswith(PREFIX):
+        return learned_kind(name)
     if name not in GAITS:
-        raise ConfigurationError(unknown_name("gait", name, GAITS))
+        raise ConfigurationError(f"{unknown_name('gait', name, GAITS)}, and {PREFIX}SHEET")
     package = ".".join((__package__, *_folder(name)))
     kind: GaitKind = importlib.import_module(package).KIND
     return kind
@@ -62,6 +68,8 @@ def gait_file(name: str, file: str) -> Path:
         ConfigurationError: unknown gait.
     """
     gait_kind(name)
+    if name.startswith(PREFIX) and file == "gait.toml":
+        return sheet_path(name)
     return Path(__file__).parent.joinpath(*_folder(name), file)
 
 
@@ -75,9 +83,25 @@ def gait_parameters(name: str, changes: Mapping[str, Any] | None = None) -> Gait
     Raises:
         ConfigurationError: unknown gait, unknown or ill-typed parameter.
     """
-    kind = gait_kind(name).parameters
-    shipped = load_toml(gait_file(name, "gait.toml"), kind)
-    return from_dict(msgspec.to_builtins(shipped) | dict(changes or {}), f"gait {name}", kind)
+    kind, file = gait_kind(name).parameters, gait_file(name, "gait.toml")
+    shipped = load_toml(file, kind)
+    if isinstance(shipped, LearnedParameters):
+        shipped = msgspec.structs.replace(shipped, model=str((file.parent / shipped.model).absolute()))
+    if not changes:
+        return shipped
+    return from_dict(msgspec.to_builtins(shipped) | dict(changes), f"gait {name}", kind)
+
+
+def policy_files(name: str) -> tuple[Path, ...]:
+    """The sheet and the network of a learned gait; of other gaits none.
+
+    Raises:
+        ConfigurationError: a sheet that cannot be read.
+    """
+    parameters = gait_parameters(name) if name.startswith(PREFIX) else None
+    if not isinstance(parameters, LearnedParameters):
+        return ()
+    return sheet_path(name), Path(parameters.model)
 
 
 def make_gait(name: str, parameters: GaitParameters, body: Body) -> Gait[Any]:
@@ -167,6 +191,8 @@ def check_walkable(body: Body, gait: Gait[Any], rest: Callable[[], None] = lambd
             leg or joint, and by how much.
     """
     plan = standing_plan(gait)
+    if plan.policy is not None:  # its network gives joint angles, which its stabilizer keeps within the ranges
+        return
     try:
         pose = PoseMaker(body, plan, by_pose=gait.quasi_static)
         for plan, _ in dry_walk(gait, _DT_QUASI_STATIC if gait.quasi_static else _DT, _CHECKED_STEPS):

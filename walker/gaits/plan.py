@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
-from bridge.types import Side, Vec2
+from bridge.types import Side, Vec2, Vec3
 
 Support = Literal["L", "R", "both"]
 Phase = Literal["stand", "start", "DSL", "SSL", "DSR", "SSR", "stop"]
@@ -118,6 +118,17 @@ class Pendulum(NamedTuple):
         return Pendulum(origin.point(*self.com), self.omega, target, moved, self.velocity)
 
 
+class PolicyCommand(NamedTuple):
+    """Inputs of a network that gives the joint angles, see `walker.policy`."""
+
+    velocity: Vec3
+    """Commanded, forward and to the left, m/s, and turn, rad/s."""
+    turns: float
+    """Of the clock of the steps."""
+    amplitude: float
+    """Of its sine and cosine, 0..1."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
     """Planned motion at one instant, in the walk frame, SI units."""
@@ -141,6 +152,8 @@ class Plan:
     """Pendulum of gaits that take `Feedback`; None: the others."""
     capture: Side | None = None
     """The foot of a capture step, from the beginning of that step until the robot stands."""
+    policy: PolicyCommand | None = None
+    """Of gaits whose joint angles a network gives; None: they follow from the plan."""
     stop_poses: tuple[Foothold, ...] = ()
     """`middle` at rest if the feet close after the step under way, and after one more. Empty but at
     the end of a step of a gait that walks to a place."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from bridge.body import Body
@@ -10,9 +12,11 @@ from bridge.types import Vec3
 from walker.estimation.contact import SupportStateMachine
 from walker.gaits import Gait, standing_plan
 from walker.gaits.gait import PeriodicStep
+from walker.gaits.learned.gait import LearnedGait
 from walker.gaits.order import WalkOrder
 from walker.gaits.pose import PoseMaker
 from walker.parameters import ControllerParameters
+from walker.policy import PolicyRunner
 from walker.stabilizer import Stabilizer
 
 
@@ -23,9 +27,10 @@ class WalkSetup:
     gait: Gait[Any]
     order: WalkOrder
     parameters: ControllerParameters
-    pose: PoseMaker
-    """Inverse kinematics of the plans."""
-    stabilizer: Stabilizer
+    make_stabilizer: Callable[[], Stabilizer | PolicyRunner]
+    """One that remembers nothing."""
+    stabilizer: Stabilizer | PolicyRunner
+    """Makes joint angles of the plans."""
     goal: tuple[float, ...]
     """Joint angles of the initial stand, rad."""
     step: PeriodicStep | None
@@ -33,14 +38,9 @@ class WalkSetup:
     velocity: Vec3 = (0.0, 0.0, 0.0)
     """Mean velocity by the gait's parameters, m/s, m/s, rad/s."""
 
-    def with_fresh_controllers(self, body: Body, cycle: float) -> WalkSetup:
-        """The same walk with controllers that remember nothing.
-
-        Args:
-            body: data sheet.
-            cycle: of the robot, s.
-        """
-        return replace(self, stabilizer=Stabilizer(body, self.parameters, self.pose, cycle))
+    def with_fresh_controllers(self) -> WalkSetup:
+        """The same walk with controllers that remember nothing."""
+        return replace(self, stabilizer=self.make_stabilizer())
 
     def support_machine(self) -> SupportStateMachine:
         """Phases against contacts."""
@@ -72,7 +72,11 @@ def set_up_walk(
         ConfigurationError: no torso controller can be designed to the parameters.
         UnreachableError: the gait's stand is out of the legs' reach.
     """
-    stand = standing_plan(gait)
-    pose = PoseMaker(body, stand, by_pose=gait.quasi_static)
-    stabilizer = Stabilizer(body, parameters, pose, cycle)
-    return WalkSetup(gait, order, parameters, pose, stabilizer, pose.angles(stand), step, velocity)
+    make: Callable[[], Stabilizer | PolicyRunner]
+    if isinstance(gait, LearnedGait):
+        goal, make = gait.default_pose, partial(PolicyRunner, body, gait, parameters, cycle)
+    else:
+        stand = standing_plan(gait)
+        pose = PoseMaker(body, stand, by_pose=gait.quasi_static)
+        goal, make = pose.angles(stand), partial(Stabilizer, body, parameters, pose, cycle)
+    return WalkSetup(gait, order, parameters, make, make(), goal, step, velocity)

@@ -12,6 +12,7 @@ from walker.estimation.ground import Corrections
 from walker.functions import quintic
 from walker.gaits.order import WalkPlanner
 from walker.monitor import Estimate
+from walker.policy import PolicyRunner
 from walker.stabilizer import Stabilizer
 from walker.states.state import State, StateName
 
@@ -93,7 +94,9 @@ class Standing:
 
     name: Final[StateName] = "stand"
 
-    def __init__(self, position: tuple[float, ...], stabilizer: Stabilizer, corrections: Corrections) -> None:
+    def __init__(
+        self, position: tuple[float, ...], stabilizer: Stabilizer | PolicyRunner, corrections: Corrections
+    ) -> None:
         self.position = position
         self.stiffness = 1.0
         self.settled = 0.0
@@ -125,7 +128,7 @@ class Walking:
         self,
         planner: WalkPlanner,
         support_machine: SupportStateMachine,
-        stabilizer: Stabilizer,
+        stabilizer: Stabilizer | PolicyRunner,
         before: State | None = None,
         walked: float = 0.0,
     ) -> None:
@@ -137,11 +140,11 @@ class Walking:
         """Time spent on the order, s."""
         self._held = before.position if before is not None else None
         self._transfer: BumplessTransfer | None = None
-        self._successor: tuple[Stabilizer, SupportStateMachine] | None = None
+        self._successor: tuple[Stabilizer | PolicyRunner, SupportStateMachine] | None = None
         self.name: StateName = "walk"
         self.settled = 0.0
         self.position: tuple[float, ...] = ()
-        self.stiffness = 1.0
+        self.stiffness = stabilizer.stiffness
         self.corrections = before.corrections if before is not None else Corrections()
 
     def settle(self, estimate: Estimate) -> None:
@@ -153,6 +156,11 @@ class Walking:
         self.name = "stopping"
 
     @property
+    def failure(self) -> str:
+        """Why no further joint angles can be made; empty: they can."""
+        return self._stabilizer.failure
+
+    @property
     def feet_closed(self) -> bool:
         """The plan is at rest: the walk is over."""
         return self._planner.plan.phase == "stand"
@@ -161,7 +169,7 @@ class Walking:
         """The stand at the end of the walk."""
         return Standing(self.position, self._stabilizer, self.corrections)
 
-    def switch(self, stabilizer: Stabilizer, support_machine: SupportStateMachine) -> None:
+    def switch(self, stabilizer: Stabilizer | PolicyRunner, support_machine: SupportStateMachine) -> None:
         """Continue with other controllers from the next cycle on, without a jump."""
         self._successor = stabilizer, support_machine
 

@@ -1,0 +1,101 @@
+"""Learned gaits at the command line, in stored walks and in comparisons; the shipped policy."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bridge.errors import ConfigurationError, WalkRefused
+from bridge.messages.walk import WalkCommand
+from nao_hil.cli.main import run
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.policies import POLICIES, _courses
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.store import key
+from nao_hil.runs.walk import Walk, walk
+from tests.policies import LEGS, sheet, write_policy
+from walker.service import WalkService
+
+
+def up(
+    gait: str, folder: Path, capsys: pytest.CaptureFixture[str], *options: str
+) -> tuple[int, dict[str, Any]]:
+    command = ["up", "--mode", "in-process", "--engine", "mujoco", "--gait", gait, "--duration", "1", "--json"]
+    code = run([*command, "--out", str(folder / "run")])
+    return code, json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+def test_a_walk_tells_how_often_and_how_long_the_network_was_called(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, data = up(write_policy(tmp_path, sheet(cycle=0.02)), tmp_path, capsys)
+    assert (code, data["failure"], data["fell"]) == (0, "", False)
+    calls = data["inference"]
+    assert calls["count"] == pytest.approx(100, abs=20)  # 1 s of the walk, and 1 s of its stop
+    assert 0.0 < calls["p50"] <= calls["p99"] <= calls["max"] < 1.0
+
+
+def test_a_failed_policy_ends_with_code_3_and_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bias = np.zeros(len(LEGS))
+    bias[LEGS.index("RKneePitch")] = math.nan
+    name = write_policy(tmp_path, sheet(), np.zeros((3, len(LEGS))), bias)
+    code, data = up(name, tmp_path, capsys)
+    assert code == 3
+    assert "RKneePitch" in data["failure"] and "LKneePitch" not in data["failure"]
+    assert not data["fell"] and data["stands"]
+
+
+def test_the_path_of_a_sheet_counts_from_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = write_policy(tmp_path, sheet())
+    monkeypatch.chdir(tmp_path)
+    assert run_config(None, gait="onnx:policy.toml").gait == name
+    assert run_config(None, gait="onnx:imitation").gait == "onnx:imitation"
+    with pytest.raises(ConfigurationError, match="SHEET"):
+        run_config(None, gait="omny")
+
+
+def test_a_walk_command_names_no_file_of_the_walkers_machine(tmp_path: Path) -> None:
+    own, other = write_policy(tmp_path, sheet()), "onnx:/etc/other.toml"
+    service = WalkService(own)
+    assert service._changed_request(WalkCommand(op="walk", gait="omni")).gait == "omni"
+    assert service._changed_request(WalkCommand(op="walk", gait=own)).gait == own
+    with pytest.raises(WalkRefused, match="omni"):
+        service._changed_request(WalkCommand(op="walk", gait=other))
+
+
+def test_a_stored_walk_depends_on_the_network(tmp_path: Path) -> None:
+    task = Walk(name="", config=RunConfig(gait=write_policy(tmp_path, sheet())), duration=1.0)
+    before = key(task)
+    assert key(task) == before
+    write_policy(tmp_path, sheet(), np.full((3, len(LEGS)), 0.01))
+    assert key(task) != before
+
+
+def test_every_course_is_the_same_for_all_gaits(tmp_path: Path) -> None:
+    context = Context(Campaign(cluster="inline"), tmp_path, (7, 8), RunConfig(engine="mujoco"))
+    courses = _courses(context)
+    worlds = [repr(parts["fields"].get("scenario")) + repr(parts["changes"]) for parts in courses.values()]
+    assert len(set(worlds)) == len(courses) == 8
+    assert POLICIES.robot
+    with pytest.raises(ConfigurationError, match="twice"):
+        POLICIES.run("policies", Context(context.campaign, tmp_path, (7,), context.changes, gait="omni,omni"))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_the_shipped_policy_walks_ahead(engine: str) -> None:
+    if engine == "pybullet":
+        pytest.importorskip("pybullet")
+    config = RunConfig(gait="onnx:imitation", engine=engine, velocity=(0.08, 0.0, 0.0), seed=31)  # type: ignore[arg-type]
+    end = walk(Walk(name="", config=config, duration=6.0, keep_track=False)).end
+    assert end.survived
+    assert 0.5 * 0.08 < end.speed < 1.5 * 0.08
