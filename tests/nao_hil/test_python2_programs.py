@@ -6,6 +6,7 @@ The expected values are what Python 2.7 gives, by its language reference and lib
 from __future__ import annotations
 
 import importlib
+import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -132,6 +133,11 @@ def test_a_path_of_windows_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (tmp_path / "data" / "moves.txt").write_text("kick")
     monkeypatch.chdir(tmp_path)
     assert run("x = open('data\\\\moves.txt').read()\n")["x"] == "kick"
+
+
+def test_a_function_may_import_all_names_of_a_module() -> None:
+    source = "def area(r):\n    from math import *\n    return floor(pi * r), pi\n\nx = area(2)\n"
+    assert run(source)["x"] == (6.0, math.pi)
 
 
 def test_errors_and_names_are_those_of_python_2() -> None:
