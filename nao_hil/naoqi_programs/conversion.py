@@ -146,6 +146,8 @@ class _OldMeaning(ast.NodeTransformer):
         self._unicode = bool(_UNICODE.search(original))
         self._errors: list[str] = []
         """Names of exceptions around the present node."""
+        self._functions = 0
+        """Around the present node."""
 
     def _python2(
         self, function: str, *arguments: ast.expr, at: ast.AST, named: list[ast.keyword] | None = None
@@ -240,9 +242,19 @@ class _OldMeaning(ast.NodeTransformer):
             node.decorator_list.insert(0, self._python2("ordered", at=node))
         return node
 
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.AST:
+        """`from module import *` within a function: the names are the module's, as Python 3 has no others."""
+        if not self._functions or node.names[0].name != "*":
+            return node
+        module = ast.Constant("." * node.level + (node.module or ""))
+        names = ast.Call(ast.Name("globals", ast.Load()), [], [])
+        return ast.copy_location(ast.Expr(self._python2("import_all", module, names, at=node)), node)
+
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
         """Its `global` first."""
+        self._functions += 1
         self.generic_visit(node)
+        self._functions -= 1
         names = _clear_globals(node)
         if names:
             node.body.insert(0, ast.Global(names))

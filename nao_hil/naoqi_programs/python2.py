@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable, Iterator
 from email.message import Message
 from functools import cmp_to_key
+from importlib import import_module
 from types import ModuleType
 from typing import Any, Final
 
@@ -183,6 +184,18 @@ class Unicode(metaclass=_TextType):
     def __new__(cls, value: Any = "", *how: Any) -> Any:
         """The text."""
         return decode(value, *how) if how else to_unicode(str(value))
+
+
+def import_all(module: str, names: dict[str, Any]) -> None:
+    """`from module import *` within a function; its names go to the module around it.
+
+    Args:
+        module: with a dot for each level that it is relative by.
+        names: of the module around the function.
+    """
+    found = import_module(module, names.get("__package__"))
+    public = getattr(found, "__all__", None) or [name for name in vars(found) if name[:1] != "_"]
+    names.update({name: getattr(found, name) for name in public})
 
 
 unichr = chr

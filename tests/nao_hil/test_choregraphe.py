@@ -297,23 +297,36 @@ def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatc
     assert manager.startService("other") is False and len(player.could_not) == 1
 
 
-def test_a_behaviour_runs_another_of_its_project(tmp_path: Path) -> None:
+def party(folder: Path) -> tuple[BehaviorManager, Player, list[Any]]:
+    """A project of two behaviours, its player, and the words that they say."""
     for name, value in (("main", "first"), ("songs/birthday", "sung")):
-        (tmp_path / name).mkdir(parents=True)
+        (folder / name).mkdir(parents=True)
         says = f"    def onInput_onStart(self): said.append({value!r}); self.onStopped()\n"
         root = box(-1, "root", "", timeline(diagram(box(1, "Say", says), (0, 2, 1, 2), (1, 4, 0, 4))))
-        (tmp_path / name / "behavior.xar").write_text(f"<ChoregrapheProject>{root}</ChoregrapheProject>")
+        (folder / name / "behavior.xar").write_text(f"<ChoregrapheProject>{root}</ChoregrapheProject>")
     described = "".join(f'<BehaviorDescription src="{name}"/>' for name in ("main", "songs/birthday"))
-    (tmp_path / "party.pml").write_text(f"<Package>{described}</Package>")
-    file = tmp_path / "main" / "behavior.xar"
+    (folder / "party.pml").write_text(f"<Package>{described}</Package>")
+    file = folder / "main" / "behavior.xar"
     said: list[Any] = []
     player = Player(
         Robot().service, {"said": said, "ALFrameManager": FrameManager(1.0)}, None, file.parent, min
     )
-    manager = BehaviorManager(player, project_of(file), 5.0)
+    return BehaviorManager(player, project_of(file), 5.0), player, said
+
+
+def test_a_behaviour_runs_another_of_its_project(tmp_path: Path) -> None:
+    manager, player, said = party(tmp_path)
     assert manager.getInstalledBehaviors() == ["main", "songs/birthday"]
     manager.runBehavior("songs/birthday")
     manager.runBehavior("party/songs/birthday")
     assert said == ["sung", "sung"] and not player.ended.is_set()
     manager.post.runBehavior("main/.")
     until(lambda: said[2:] == ["first"], "the behaviour that was not waited for")
+
+
+def test_a_text_starts_a_behaviour_of_the_project(tmp_path: Path) -> None:
+    manager, player, said = party(tmp_path)
+    manager.run_for_text("party/songs/birthday")
+    assert said == ["sung"] and player.could_not == []
+    manager.run_for_text("party/songs/wedding")
+    assert said == ["sung"] and len(player.could_not) == 1

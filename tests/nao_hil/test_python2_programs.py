@@ -5,6 +5,7 @@ The expected values are what Python 2.7 gives, by its language reference and lib
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +90,11 @@ def test_texts_go_to_and_come_from_functions_of_bytes() -> None:
     assert (scope["word"], scope["turn"], scope["value"], scope["matched"]) == ("left", 1, -1.5, "lef")
     assert scope["digest"] == "0cc175b9c0f1b6a831c399e269772661"  # RFC 1321
     assert scope["coded"] == "YQ==61"
+
+
+def test_a_function_may_import_all_names_of_a_module() -> None:
+    source = "def area(r):\n    from math import *\n    return floor(pi * r), pi\n\nx = area(2)\n"
+    assert run(source)["x"] == (6.0, math.pi)
 
 
 def test_errors_and_names_are_those_of_python_2() -> None:

@@ -37,7 +37,12 @@ from bridge.adapters.naoqi.core.video import VideoDevice
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody
 from bridge.adapters.naoqi.declared import REFUSED, Method, Range, as_vendor, declared, offers, refusals
-from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
+from bridge.adapters.naoqi.interaction.animations import (
+    BEHAVIOUR_EVENT,
+    GESTURE_CHAINS,
+    Animations,
+    is_animation,
+)
 from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
 from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
 from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Scene
@@ -113,8 +118,8 @@ class Services:
         self.memory.provide(self.joints.keys())
         self.memory.update(frame)
         self.events = Events(self.memory, self._publisher(publish), has_signal)
-        self._speech = Speech(self._others, self.events, lambda: self.joints.now, self._files)
-        self._dialog = Dialog(self.events, self.memory.get, self._speech.say, self._files)
+        self._speech = Speech(self._others, self.events, lambda: self.joints.now, self._files, self._animate)
+        self._dialog = Dialog(self.events, self.memory.get, self._speech.answer, self._files)
         self._microphones = Microphones(publish)
         self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
         self._recognition = SpeechRecognition(self.events, self._files)
@@ -139,6 +144,18 @@ class Services:
         """Process an utterance of a person; the recognized words."""
         self._dialog.hear(said)
         return self._recognition.hear(said)
+
+    def _animate(self, name: str) -> Future[Any] | None:
+        """Begin an animation that a text names; another behaviour is for a program that has it."""
+        if not is_animation(name):
+            self.events.raise_event(BEHAVIOUR_EVENT, name)
+            return None
+        try:
+            playing: Future[Any] = self.call("ALAnimationPlayer", "run", [name])
+        except NaoHilError as error:
+            logger.warning("%s", error)
+            return None
+        return playing
 
     def _publisher(self, publish: Publish) -> Publish:
         """A publisher of events that also passes them to the dialogues."""
@@ -319,6 +336,7 @@ class Services:
             films.setup,
             films,
             self._dialog,
+            self._dialog.concepts,
             Animations(self.joints, self.motion),
             Tracker(self.joints, self.motion, self._frames, self._following),
             OldTracker("RedBall", 0.06, self._following),

@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
+from bridge.adapters.naoqi.interaction.animations import BEHAVIOUR_EVENT
 from bridge.adapters.naoqi.robot_files import ROBOT_HOME
 from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
 from nao_hil.naoqi_programs.choregraphe.player import Player
@@ -67,6 +68,15 @@ class BehaviorManager:
     def startBehavior(self, name: str) -> None:
         """Play a behaviour without waiting."""
         self.post.runBehavior(name)
+
+    def run_for_text(self, name: str) -> None:
+        """Play a behaviour that a dialogue or a spoken text names and the robot does not have."""
+        if self._own(name):
+            self.runBehavior(name)
+        else:
+            self._player.cannot(
+                f"a text starts the behaviour {name}, which neither the project nor the robot has"
+            )
 
     def stopBehavior(self, name: str) -> None:
         """End a behaviour."""
@@ -153,7 +163,8 @@ def play(file: Path, report: Path, idle: float) -> None:
     player = make_player(session, folder, idle, own)
     run_later = qi.runAsync
     qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
-    own["ALBehaviorManager"] = BehaviorManager(player, project, idle)
+    own["ALBehaviorManager"] = manager = BehaviorManager(player, project, idle)
+    player.subscribe(BEHAVIOUR_EVENT, manager.run_for_text)
     own["ALServiceManager"] = ServiceManager(player, project)
     player.play_to_end(read_behaviour(file), idle)
     report.write_text(json.dumps(player.could_not))

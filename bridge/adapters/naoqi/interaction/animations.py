@@ -51,6 +51,8 @@ def is_animation(name: str) -> bool:
     return _NAME.fullmatch(name) is not None
 
 
+BEHAVIOUR_EVENT: Final = "NaoHil/StartBehavior"
+"""Event for a behaviour that a dialogue or a text starts and the robot does not have; its value is the name."""
 GESTURES: Final = "the vendor's animations alone are there, and they are gestures of nao-hil"
 
 

@@ -12,7 +12,17 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import INERT, Range, offers, text
-from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, captures, parse, plain_words
+from bridge.adapters.naoqi.interaction.concepts import MAX_CONCEPTS, Concepts
+from bridge.adapters.naoqi.interaction.qichat import (
+    Rule,
+    Steps,
+    Topic,
+    captures,
+    codes,
+    parse,
+    with_kept,
+    words_of,
+)
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
 from bridge.errors import NaoHilError, NaoqiRefused
@@ -21,16 +31,21 @@ from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-_CODES: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
-"""Codes of topics' languages (assumed except for the first two)."""
 MAX_TOPICS: Final = 100
 MAX_TOPIC: Final = 1 << 16
 """Letters of a topic."""
-MAX_CONCEPTS: Final = 1000
 MAX_ANSWER: Final = 2000
 """Letters of an answer."""
 _MAX_JUMPS: Final = 20
-"""`^goto` in one answer."""
+"""`^goto` and its like in one answer."""
+_JUMP: Final = re.compile(
+    r"\^goto(?:Reactivate|(?P<random>Random))?\(\s*(?P<tag>\w+)\s*\)|\^(?P<move>same|next|previous)Proposal\b"
+)
+_MOVES: Final = {"previous": -2, "same": -1, "next": 0}
+"""From the proposal that would be next."""
+_SILENT: Final = re.compile(r"%\w+|\^(?!(?:start|run|wait)(?:Tag)?\()\w+(?:\([^)]*\))?")
+"""Tags, and functions other than those of animations."""
+_FUNCTION: Final = re.compile(r"\^\w+\([^)]*\)")
 _EVENTS: Final = {
     **dict.fromkeys(
         ("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood"), ""
@@ -60,10 +75,8 @@ class Dialog:
         self._topics: dict[str, Topic] = {}
         self._active: list[str] = []
         self._subscribers: set[str] = set()
-        self._concepts: dict[tuple[str, str], list[str]] = {}
-        """Words of programs, by name and language."""
-        self._patterns: dict[tuple[str, str], Pattern] = {}
-        """Patterns of the concepts."""
+        self.concepts = Concepts()
+        """Of programs."""
         self._blocked: set[tuple[str, str]] = set()
         """Topic and tag of each disabled proposal."""
         self._within: tuple[str, list[Rule]] = ("", [])
@@ -114,7 +127,7 @@ class Dialog:
     def _input(self, said: str) -> Future[Any] | None:
         """Answer an utterance; done at the end of the answer."""
         self._raise("LastInput", said)
-        steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
+        steps, concepts = Steps(), {name: self.concepts.of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
             kept = captures(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
             if kept is not None and self._holds(rule):
@@ -123,14 +136,6 @@ class Dialog:
                 return self._answer(topic, rule, kept)
         self._raise("NotUnderstood", said)
         return None
-
-    def _concepts_of(self, topic: Topic) -> dict[str, Pattern]:
-        own = {
-            name.casefold(): pattern
-            for (name, language), pattern in self._patterns.items()
-            if topic.language in _codes(language)
-        }
-        return topic.concepts | own
 
     def _answer(self, topic: Topic, rule: Rule, kept: tuple[str, ...]) -> Future[Any] | None:
         self._answers = True
@@ -146,8 +151,9 @@ class Dialog:
             if not answer:
                 return None
             spoken = self._speak(answer)
-            self._raise("LastAnswer", answer)
-            self._raise("Answered", answer)
+            plain = _spaced(_FUNCTION.sub(" ", answer))
+            self._raise("LastAnswer", plain)
+            self._raise("Answered", plain)
             return spoken
         except NaoHilError as error:
             logger.warning("ALDialog: an answer is left out: %s", error)
@@ -158,10 +164,10 @@ class Dialog:
     def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
         """Text of an answer; sets its variables."""
         for _ in range(_MAX_JUMPS):
-            jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
+            jump = _JUMP.search(answer[:MAX_ANSWER])
             if jump is None:
                 break
-            goal = self._tagged(topic, jump[1])
+            goal = self._goal(topic, jump)
             answer = answer.replace(jump[0], goal.answer if goal else "", 1)
             if goal and goal.within:
                 self._within = topic.name, goal.within
@@ -171,13 +177,34 @@ class Dialog:
             turn = 0 if found[1] == "^first" else self._turn(topic.name, found[2])
             answer = answer[: found.start()] + options[turn % len(options)] + answer[found.end() :]
         for name, quoted, plain in re.findall(r'\$([\w/]+)=(?!=)(?:"([^"]*)"|(\S+))', answer):
-            self._events.raise_event(name, _typed(_with_kept(quoted or plain, kept)))
+            self._events.raise_event(name, _typed(with_kept(quoted or plain, kept)))
         answer = re.sub(r'\$[\w/]+=(?!=)(?:"[^"]*"|\S+)', " ", answer)
-        answer = re.sub(r"%\w+|\^\w+(\([^)]*\))?", " ", answer)
-        answer = _with_kept(answer, kept)
+        answer = _SILENT.sub(" ", answer)
+        answer = with_kept(answer, kept)
         answer = re.sub(r"\$([A-Za-z_][\w/]*)", lambda m: str(self._value(m[1])), answer)
         answer = re.sub(r"~(\w+)", lambda m: self._one_of(topic, m[1]), answer)
-        return re.sub(r"\s+([.,!?])", r"\1", " ".join(answer.replace('"', " ").split()))
+        return _spaced(answer.replace('"', " "))
+
+    def _goal(self, topic: Topic, jump: re.Match[str]) -> Rule | None:
+        """The rule or the proposal that a function of an answer leads to."""
+        if jump["move"]:
+            place = self._turns["proposal", topic.name] + _MOVES[jump["move"]]
+            proposals = self._proposals(topic)
+            goal = proposals[place] if 0 <= place < len(proposals) else None
+        else:
+            goals = self._tagged(topic, jump["tag"])
+            turn = self._turn(topic.name, jump[0]) if jump["random"] else 0
+            goal = goals[turn % len(goals)] if goals else None
+        self._pass(topic, goal)
+        return goal
+
+    def _proposals(self, topic: Topic) -> list[Rule]:
+        return [p for p in topic.proposals if self._is_on(topic.name, p.tags)]
+
+    def _pass(self, topic: Topic, goal: Rule | None) -> None:
+        """The proposal behind this one is the next one."""
+        places = (i for i, proposal in enumerate(self._proposals(topic)) if proposal is goal)
+        self._turns["proposal", topic.name] = next(places, self._turns["proposal", topic.name] - 1) + 1
 
     def _turn(self, *key: str) -> int:
         if len(self._turns) > MAX_CONCEPTS:
@@ -187,15 +214,15 @@ class Dialog:
 
     def _one_of(self, topic: Topic, concept: str) -> str:
         """A word of a concept, the next one each time."""
-        found = self._concepts_of(topic).get(concept.casefold())
+        found = self.concepts.of(topic).get(concept.casefold())
         if found is None or not found.parts:
             return ""
         parts = found.parts[0].parts if found.kind == "sequence" and len(found.parts) == 1 else found.parts
-        return " ".join(_words_of(parts[self._turn(topic.name, f"~{concept}") % len(parts)])) if parts else ""
+        return " ".join(words_of(parts[self._turn(topic.name, f"~{concept}") % len(parts)])) if parts else ""
 
-    def _tagged(self, topic: Topic, tag: str) -> Rule | None:
+    def _tagged(self, topic: Topic, tag: str) -> list[Rule]:
         rules = [*topic.proposals, *topic.rules]
-        return next((rule for rule in rules if tag in rule.tags or re.search(rf"%{tag}\b", rule.answer)), None)
+        return [rule for rule in rules if tag in rule.tags or re.search(rf"%{tag}\b", rule.answer)]
 
     def _raise(self, event: str, value: Any) -> None:
         self._events.raise_event(f"Dialog/{event}", value)
@@ -216,7 +243,7 @@ class Dialog:
     def _force_output(self) -> Future[Any] | None:
         """Speak the next proposal of the focused topic."""
         topic = self._topics.get(self._focus) if self._focus in self._active else None
-        proposals = [p for p in topic.proposals if self._is_on(topic.name, p.tags)] if topic else []
+        proposals = self._proposals(topic) if topic else []
         turn = self._turns["proposal", self._focus]
         if topic is None or turn >= len(proposals):
             self._raise("NothingToSay", 1)
@@ -236,10 +263,11 @@ class Dialog:
     @offers("ALDialog.gotoTag")
     def _go_to_tag(self, tag: str, name: Any) -> Future[Any] | None:
         topic = self._topics[self._loaded(name)]
-        goal = self._tagged(topic, re.sub(r"\W", "", tag))
-        if goal is None:
+        goals = self._tagged(topic, re.sub(r"\W", "", tag))
+        if not goals:
             raise NaoqiRefused(f"ALDialog.gotoTag: {topic.name} has no tag {tag!r:.60}.")
-        return self._answer(topic, goal, ())
+        self._pass(topic, goals[0])
+        return self._answer(topic, goals[0], ())
 
     @offers("ALDialog.enableTag")
     def _enable_tag(self, tag: str, topic: Any) -> None:
@@ -252,7 +280,7 @@ class Dialog:
 
     @offers(
         "ALDialog.loadTopic",
-        partly="functions of answers but ^goto, ^rand and ^first are left out; a negation never matches",
+        partly="^goto, proposals, choices and animations work in answers; a negation never matches",
     )
     def _load_file(self, path: RobotFile) -> Future[str]:
         return self.files.load(path, _read_topic, self._store)
@@ -319,32 +347,6 @@ class Dialog:
     def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
         self._threshold = value
 
-    def _key(self, concept: Any, language: Any) -> tuple[str, str]:
-        key = text(concept, "ALDialog: concept"), text(language, "ALDialog: language")
-        if key not in self._concepts and len(self._concepts) >= MAX_CONCEPTS:
-            raise NaoqiRefused(f"ALDialog: {MAX_CONCEPTS} concepts are kept already.")
-        return key
-
-    @offers("ALDialog.setConcept")
-    def _set_concept(self, concept: Any, language: Any, words: list[str], *_: Any) -> None:
-        key = self._key(concept, language)
-        self._store_concept(key, words[:MAX_CONCEPTS])
-
-    def _store_concept(self, key: tuple[str, str], words: list[str]) -> None:
-        self._concepts[key] = words
-        self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
-
-    @offers("ALDialog.addToConcept")
-    def _add_to_concept(self, concept: Any, language: Any, words: list[str]) -> None:
-        key = self._key(concept, language)
-        kept = self._concepts.get(key, [])
-        self._store_concept(key, [*kept, *(word for word in words if word not in kept)][:MAX_CONCEPTS])
-
-    @offers("ALDialog.clearConcepts")
-    def _clear_concepts(self) -> None:
-        self._concepts.clear()
-        self._patterns.clear()
-
     @offers("ALDialog.resetAll")
     def _reset(self) -> None:
         self._within, self._focus = ("", []), ""
@@ -353,11 +355,8 @@ class Dialog:
 
     @offers("ALDialog.getLoadedTopics")
     def _get_loaded_topics(self, of: Any) -> Any:
-        return [t.name for t in self._topics.values() if t.language in _codes(of)]
-
-    @offers("ALDialog.getConcept")
-    def _get_concept(self, concept: Any, language: Any) -> Any:
-        return self._concepts.get(self._key(concept, language), [])
+        names = codes(text(of, "ALDialog.getLoadedTopics: language"))
+        return [t.name for t in self._topics.values() if t.language in names]
 
     _get_all_loaded_topics = offers("ALDialog.getAllLoadedTopics")(lambda self: list(self._topics))
     _get_activated_topics = offers("ALDialog.getActivatedTopics")(lambda self: list(self._active))
@@ -373,19 +372,9 @@ def _read_topic(path: Path) -> Topic:
     return parse(read_limited(path, MAX_TOPIC, "give a topic of QiChat").decode("utf-8", "replace"))
 
 
-def _of_words(words: str) -> Pattern:
-    return Pattern("sequence", parts=tuple(Pattern("word", word) for word in plain_words(words)))
-
-
-def _words_of(pattern: Pattern) -> list[str]:
-    """Words of a pattern, with the first of each choice."""
-    parts = pattern.parts[:1] if pattern.kind == "choice" else pattern.parts
-    return [pattern.text] if pattern.kind == "word" else [word for part in parts for word in _words_of(part)]
-
-
-def _with_kept(answer: str, kept: tuple[str, ...]) -> str:
-    """An answer with the captured words in place of `$1`, `$2`, ..."""
-    return re.sub(r"\$(\d)", lambda m: kept[int(m[1]) - 1] if 0 < int(m[1]) <= len(kept) else "", answer)
+def _spaced(answer: str) -> str:
+    """A sentence with single spaces, and none before its signs."""
+    return re.sub(r"\s+([.,!?])", r"\1", " ".join(answer.split()))
 
 
 def _typed(value: str) -> Any:
@@ -393,9 +382,3 @@ def _typed(value: str) -> Any:
     if re.fullmatch(r"-?\d+", value):
         return int(value[:18])
     return float(value) if re.fullmatch(r"-?\d+\.\d+", value) else value
-
-
-def _codes(language: Any) -> set[str]:
-    """Names of a language in topics: its name, or a code."""
-    name = text(language, "ALDialog.getLoadedTopics: language")
-    return {name, _CODES.get(name, name)}

@@ -2,8 +2,8 @@
 
 Rules of the user (`u:`, `u1:` to `u9:` within another one) with words, `[choices]`, `{optional parts}`, `*`,
 `_` before a captured word, `~concepts`, `$variable==value` and `e:events`; proposals; answers with captured
-words `$1`, `$variables`, choices, concepts, `%tags`, `^goto`, `^rand` and `^first`; other functions are left
-out. Syntax: the vendor's pages on QiChat.
+words `$1`, `$variables`, choices, concepts, `%tags` and functions (`^goto`). Options before a rule's brackets
+(`u:^private(...)`) are read and have no effect. Syntax: the vendor's pages on QiChat.
 """
 
 from __future__ import annotations
@@ -15,6 +15,13 @@ from typing import Final
 
 from bridge.errors import NaoqiRefused
 
+LANGUAGE_CODES: Final = {
+    **{"Arabic": "arw", "Brazilian": "ptb", "Chinese": "mnc", "Czech": "czc", "Danish": "dad", "Dutch": "dun"},
+    **{"English": "enu", "Finnish": "fif", "French": "frf", "German": "ged", "Greek": "grg", "Italian": "iti"},
+    **{"Japanese": "jpj", "Korean": "kok", "Norwegian": "nor", "Polish": "plp", "Portuguese": "ptp"},
+    **{"Russian": "rur", "Spanish": "spe", "Swedish": "sws", "Turkish": "trt"},
+}
+"""Language as NAOqi names it -> its code in topics (assumed: names of topics in public projects)."""
 MAX_RULES: Final = 1000
 """Rules and proposals of a topic."""
 MAX_WORDS: Final = 60
@@ -148,7 +155,7 @@ def _bracketed(rest: str, number: int) -> tuple[str, str]:
 
 
 def _rule(rest: str, number: int) -> Rule:
-    said, answer = _bracketed(rest, number)
+    said, answer = _bracketed(re.sub(r"^(\^\w+\s*)+(?=\()", "", rest), number)
     pattern, events, conditions, tags = _pattern(said, number)
     empty = pattern.kind == "sequence" and not pattern.parts
     return Rule(answer, None if empty and events else pattern, tuple(events), tuple(conditions), tuple(tags))
@@ -267,3 +274,24 @@ def _ends(
     if pattern.kind == "keep":
         return {end: ((start, end), *kept) for end, kept in reached.items()}
     return {start: ()} | reached if pattern.kind == "optional" else reached
+
+
+def of_words(words: str) -> Pattern:
+    """The pattern of a sentence of plain words."""
+    return Pattern("sequence", parts=tuple(Pattern("word", word) for word in plain_words(words)))
+
+
+def words_of(pattern: Pattern) -> list[str]:
+    """Words of a pattern, with the first of each choice."""
+    parts = pattern.parts[:1] if pattern.kind == "choice" else pattern.parts
+    return [pattern.text] if pattern.kind == "word" else [word for part in parts for word in words_of(part)]
+
+
+def with_kept(answer: str, kept: tuple[str, ...]) -> str:
+    """An answer with the captured words in place of `$1`, `$2`, ..."""
+    return re.sub(r"\$(\d)", lambda m: kept[int(m[1]) - 1] if 0 < int(m[1]) <= len(kept) else "", answer)
+
+
+def codes(language: str) -> set[str]:
+    """Names of a language in topics: its name, or a code."""
+    return {language, LANGUAGE_CODES.get(language, language)}

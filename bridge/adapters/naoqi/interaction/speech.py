@@ -1,27 +1,24 @@
-r"""ALTextToSpeech and ALAnimatedSpeech: speech in the log and in events, with its duration.
+"""ALTextToSpeech and ALAnimatedSpeech: speech in the log and in events, with its duration.
 
-Where espeak-ng is installed, this machine speaks.
-
-Marks in a text: `\\pau=500\\` (ms), `\\rspd=80\\` (per cent), `\\mrk=1\\`, and those of animated speech,
-as `^start(...)`.
+Where espeak-ng is installed, this machine speaks. Animated speech plays the animations that its text starts.
 """
 
 from __future__ import annotations
 
 import itertools
 import logging
-import re
 import shutil
 import subprocess
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.declared import INERT, OneOf, Range, Setting, offers, text
+from bridge.adapters.naoqi.interaction.utterance import SPEEDS, Function, Utterance, utterance
 from bridge.adapters.naoqi.robot_files import NewFile, RobotFiles, in_thread
 from bridge.errors import NaoqiRefused
 
@@ -93,80 +90,6 @@ class Voice:
         return ["-v", LANGUAGES[language], "-s", str(rate), "-a", str(round(100.0 * volume))]
 
 
-LETTERS_PER_SECOND: Final = 14.0
-"""Rate of speech at speed 100 (assumed: 150 words a minute)."""
-SENTENCE_PAUSE: Final = 0.3
-"""s after a full stop (assumed)."""
-SPEEDS: Final = (50.0, 400.0)
-"""Range of the speed, per cent (confirmed: vendor's page)."""
-_MARK: Final = re.compile(r"\\+(\w+)=([^\\]*)\\+|\\+\w+\\+")
-_ANIMATION: Final = re.compile(r"\^\w+(?:\([^)]*\))?")
-
-
-@dataclass(frozen=True)
-class Word:
-    """One word of an utterance."""
-
-    text: str
-    begin: float
-    """Its time from the beginning of the utterance, s."""
-    place: int
-    """Index of its first letter in the text without marks."""
-    bookmark: int | None = None
-    """Number of the bookmark before it."""
-
-
-@dataclass(frozen=True)
-class Utterance:
-    """A text and the times of its words."""
-
-    plain: str
-    """The text without marks."""
-    words: tuple[Word, ...]
-    seconds: float
-
-
-def utterance(text: str, speed: float = 100.0) -> Utterance:
-    """Read the marks of a text and time its words.
-
-    Args:
-        text: with marks.
-        speed: unless a mark changes it, per cent.
-    """
-    now, place, pieces, bookmark = 0.0, 0, [], None
-    words: list[Word] = []
-    percent = speed
-    cut = 0
-    text = _ANIMATION.sub("", text)
-    for mark in [*_MARK.finditer(text), None]:
-        piece = text[cut : mark.start() if mark else len(text)]
-        for found in re.finditer(r"\S+", piece):
-            words.append(Word(found[0], now, place + found.start(), bookmark))
-            bookmark = None
-            now += (len(found[0]) + 1) / (LETTERS_PER_SECOND * percent / 100.0)
-            now += SENTENCE_PAUSE if found[0][-1] in ".!?" else 0.0
-        pieces.append(piece)
-        place += len(piece)
-        if mark is None:
-            break
-        cut = mark.end()
-        value = _number(mark[2])
-        if mark[1] == "pau":
-            now += min(max(value, 0.0), 60_000.0) / 1000.0
-        elif mark[1] == "rspd":
-            percent = min(max(value, SPEEDS[0]), SPEEDS[1])
-        elif mark[1] == "mrk":
-            bookmark = int(value)
-    return Utterance("".join(pieces).strip(), tuple(words), now)
-
-
-def _number(text: str | None) -> float:
-    try:
-        return min(max(float(text or ""), -1e9), 1e9)
-    except ValueError:
-        return 0.0
-
-
 logger = logging.getLogger(__name__)
 
 VOICES: Final = ("naoenu", "naofrf", "Kenny22Enhanced", "Julie22Enhanced")
@@ -214,6 +137,8 @@ class Speech:
         tasks: for calls that end with the speech, not affected by a stop of all motions.
         events: to be raised.
         now: the robot's clock, ms.
+        files: of the robot.
+        animate: begins an animation or a behaviour by its name; done at its end, None: its end is not known.
     """
 
     language = Setting("ALTextToSpeech.Language", "English", Language)
@@ -225,8 +150,16 @@ class Speech:
         "one voice speaks, under any of the vendor's names",
     )
 
-    def __init__(self, tasks: MotionTasks, events: Events, now: Callable[[], int], files: RobotFiles) -> None:
+    def __init__(
+        self,
+        tasks: MotionTasks,
+        events: Events,
+        now: Callable[[], int],
+        files: RobotFiles,
+        animate: Callable[[str], Future[Any] | None],
+    ) -> None:
         self._tasks, self._events, self._now, self.files = tasks, events, now, files
+        self._animate = animate
         self._voice = Voice()
         self._numbers = itertools.count(1)
         self._waiting: list[int] = []
@@ -254,11 +187,15 @@ class Speech:
     def say(self, sentence: Any, language: Language | None = None) -> Future[Any]:
         """Speak a text; waits for its end."""
         spoken = self._text(sentence, "ALTextToSpeech.say")
-        return self._begin(spoken, language or self.language)
+        return self._begin(replace(spoken, functions=()), language or self.language)
 
-    @offers("ALAnimatedSpeech.say", partly="the text is spoken, its animations are left out")
+    def answer(self, sentence: str) -> Future[Any]:
+        """Speak an answer of a dialogue with its animations."""
+        return self._begin(self._text(sentence, "ALDialog"), self.language)
+
+    @offers("ALAnimatedSpeech.say", partly="animations of its text are played, others are not chosen")
     def say_animated(self, sentence: Any, settings: Any = None) -> Future[Any]:
-        """Speak a text; its animations are left out. Waits for its end."""
+        """Speak a text and play the animations that `^start` and `^run` in it name; waits for its end."""
         spoken = self._text(sentence, "ALAnimatedSpeech.say")
         if settings is not None and not isinstance(settings, dict):
             raise NaoqiRefused(
@@ -288,7 +225,8 @@ class Speech:
             yield self._now() + _POLL_INTERVAL
         if number_ not in self._waiting:
             return None
-        logger.info("%s %.500r", SPOKEN_PREFIX, spoken.plain)
+        if spoken.plain:
+            logger.info("%s %.500r", SPOKEN_PREFIX, spoken.plain)
         self._raise("CurrentSentence", spoken.plain)
         self._raise("TextStarted", 1)
         self._raise("Status", [number_, "started"])
@@ -311,7 +249,17 @@ class Speech:
     ) -> Generator[int, None, bool]:
         """Raise the words' events at their times; False after a stop."""
         began = self._now()
-        for word in spoken.words:
+        played: dict[str, Future[Any] | None] = {}
+        for i, word in enumerate((*spoken.words, None)):
+            for function in (f for f in spoken.functions if f.place == i):
+                awaited, paused = self._perform(function, played), self._now()
+                while awaited is not None and not awaited.done():
+                    yield self._now() + _POLL_INTERVAL
+                    if number_ not in self._waiting:
+                        return False
+                began += self._now() - paused
+            if word is None:
+                break
             due = began + round(1000.0 * word.begin)
             while self._now() < due:
                 yield min(due, self._now() + _POLL_INTERVAL)
@@ -327,6 +275,20 @@ class Speech:
             if number_ not in self._waiting:
                 return False
         return True
+
+    def _perform(self, function: Function, played: dict[str, Future[Any] | None]) -> Future[Any] | None:
+        """Carry out a function of a text; the animation that the text waits for.
+
+        Args:
+            function: of the text.
+            played: animations of the text by their names.
+        """
+        kind, name = function.name.removesuffix("Tag"), function.argument
+        if kind != function.name:
+            name = f"animations/Stand/Gestures/{name}"
+        if kind in ("start", "run"):
+            played[name] = self._animate(name)
+        return played.get(name) if kind in ("run", "wait") else None
 
     def _sounds(self, process: subprocess.Popen[bytes] | None, end: int) -> bool:
         """Whether the voice still speaks; without a working one, whether it would."""

@@ -137,3 +137,56 @@ def test_answers_that_lead_to_themselves_end(robot: Robot) -> None:
     topic = "topic: ~loop()\nu:(loop) ^goto(t)\nproposal: %t ^goto(t) again ^goto(t)"
     robot.call("ALDialog", "activateTopic", robot.wait(robot.call("ALDialog", "loadTopicContent", topic)))
     assert said(robot, "loop") == " ".join(["again"] * 20)
+
+
+def loaded(robot: Robot, rules: str, language: str = "enu") -> None:
+    """Activate one more topic."""
+    topic = f"topic: ~more()\nlanguage: {language}\n{rules}"
+    robot.call("ALDialog", "activateTopic", robot.wait(robot.call("ALDialog", "loadTopicContent", topic)))
+
+
+def test_an_answer_plays_its_animations_and_waits_for_them(robot: Robot) -> None:
+    loaded(
+        robot,
+        "u:(wave) ^start(animations/Stand/Gestures/Hey_1) Hi ^wait(animations/Stand/Gestures/Hey_1) there",
+    )
+    before, arm = robot.angle("RShoulderPitch"), []
+    robot.events.clear()
+    spoken = robot.call("ALDialog", "forceInput", "wave")
+    for _ in range(60):
+        robot.run(0.1)
+        arm.append(robot.angle("RShoulderPitch"))
+        if spoken.done():
+            break
+    assert spoken.done() and min(arm) < before - 0.5
+    assert arm[-1] == pytest.approx(before, abs=0.2)  # the animation has ended as well
+    assert dict(robot.events)["Dialog/LastAnswer"] == "Hi there"
+
+
+@pytest.mark.parametrize(
+    "answer_", ["^start(games/simon) ^wait(games/simon)", "Let us play. ^run(games/simon)"]
+)
+def test_a_behaviour_that_the_robot_does_not_have_is_an_event(robot: Robot, answer_: str) -> None:
+    loaded(robot, f"u:(play) {answer_}")
+    said(robot, "play")
+    assert [value for event, value in robot.events if event == "NaoHil/StartBehavior"] == ["games/simon"]
+
+
+def test_an_answer_leads_to_the_same_the_next_and_a_tagged_proposal(robot: Robot) -> None:
+    loaded(
+        robot,
+        "proposal: %age How old are you?\n u1:(what) Listen. ^sameProposal\n u1:(ten) Fine. ^nextProposal\n"
+        "proposal: Do you play chess?\n u1:(no) ^gotoReactivate(age)\nu:(talk to me) ^gotoRandom(age)",
+    )
+    assert said(robot, "talk to me") == "How old are you?"
+    assert said(robot, "what") == "Listen. How old are you?"
+    assert said(robot, "what") == "Listen. How old are you?"
+    assert said(robot, "ten") == "Fine. Do you play chess?"
+    assert said(robot, "no") == "How old are you?"
+
+
+def test_options_before_the_words_of_a_rule_and_other_languages_are_read(robot: Robot) -> None:
+    loaded(robot, "u:^private(hallo daar) goedendag", "dun")
+    assert said(robot, "hallo daar") == "goedendag"
+    assert robot.call("ALDialog", "getLoadedTopics", "Dutch") == ["more"]
+    assert robot.call("ALDialog", "getLoadedTopics", "English") == ["mine"]
