@@ -119,7 +119,8 @@ def _torso_step(context: Context) -> dict[str, Estimate]:
 
 
 def _words(row: dict[str, Any]) -> str:
-    return "{measured:.3g} ({interval[0]:.3g} to {interval[1]:.3g}) {unit}".format(**row)
+    words = "{measured:.3g} ({interval[0]:.3g} to {interval[1]:.3g}) {unit}".format(**row)
+    return words + (f", least at {row['shift_frames']:.1f} frames" if "shift_frames" in row else "")
 
 
 def _claims(found: RealFigures) -> list[Claim]:
