@@ -58,7 +58,7 @@ NO_FILES: Final = """
 --gait --head-id --home --host --html --install-completion --keys --kind --listen --mode --name --out --role
 --router --run --set --show-completion --socket --stabilizer --start --study --torso --url --velocity --video
 --what --yaw --to --admittance --gamepad --domain arguments button folder number person query ranges what x y
-name
+name robot
 """
 OTHERS: Final = frozenset(NO_FILES.split())
 """Names, endpoints, numbers, folders and files to write; devices that are polled."""
