@@ -63,7 +63,7 @@ from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
 from tests.frames import info_of_robot, truth_frame, walk_status, walk_telemetry
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_endpoint, free_port
 from walker.gaits import gait_parameters
@@ -333,6 +333,24 @@ def test_what_is_no_order_is_refused_in_one_sentence(
 ) -> None:
     words, done = order(doing, **fields)
     assert sentence in words and not done and "\n" not in words
+
+
+def test_an_emergency_stop_waits_for_no_walker_that_does_not_answer(
+    order: Callable[..., tuple[str, bool]], commands: FakeCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hangs, end = threading.Event(), threading.Event()
+    monkeypatch.setattr(commands, "status", lambda: (hangs.set(), end.wait(), STATUS)[-1])
+    steering = threading.Thread(target=order, args=("steer",), kwargs={"velocity": [0.1, 0.0, 0.0]})
+    steering.start()
+    try:
+        assert hangs.wait(TIMEOUT)
+        stopped = threading.Thread(target=order, args=("stop",), kwargs={"how": "crouch"})
+        stopped.start()
+        stopped.join(10.0)
+        assert not stopped.is_alive()
+    finally:
+        end.set()
+        steering.join(TIMEOUT)
 
 
 def test_a_robot_that_does_not_answer_is_told(
