@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
+import re
 import socket
 import threading
 import time
@@ -55,7 +57,7 @@ from nao_hil.view.orders import (
     SlowMotion,
     answered,
 )
-from nao_hil.view.page import page
+from nao_hil.view.page import page, world_page, world_recordings
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
 from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
@@ -64,6 +66,7 @@ from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
 from tests.frames import info_of_robot, truth_frame, walk_status, walk_telemetry
 from tests.loops import TIMEOUT, until
+from tests.made_worlds import record_world
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_endpoint, free_port
 from walker.gaits import gait_parameters
@@ -619,6 +622,22 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
 def test_a_replay_shows_the_run_before_a_reset(standing: list[Cycle]) -> None:
     assert list(first_run([*standing, *standing[:5]])) == standing
     assert list(first_run(standing)) == standing
+
+
+def test_a_recorded_world_holds_a_run_of_each_robot_with_the_others_in_it(tmp_path: Path) -> None:
+    last = record_world(tmp_path, 30)
+    assert list(world_recordings(tmp_path)) == ["red", "blue"]
+    html, _ = world_page(world_recordings(tmp_path), "blue")
+    texts = re.findall(r'<script type="application/octet-stream">(.*?)</script>', html)
+    runs = [unpacked(base64.b64decode(text)) for text in texts]
+    assert [header["name"] for header, _ in runs] == ["blue", "red"]  # the chosen one is shown first
+    for (header, tables), other in zip(runs, ("red", "blue"), strict=True):
+        assert header["names"] == ["red", "blue"]
+        (drawn,) = header["others"]  # type: ignore[misc, attr-defined]
+        assert drawn["name"] == other
+        np.testing.assert_allclose(tables["others"][-1, :3], last[other].torso_position, atol=2e-3)
+        np.testing.assert_allclose(tables["others"][-1, 7:], last[other].joints, atol=5e-3)
+        assert len(header["objects"]) == 6 and header["field"]["size"] == [7.4, 5.4]  # type: ignore[index, arg-type]
 
 
 def test_the_boxes_of_a_scenario_lie_on_its_floor() -> None:
