@@ -32,7 +32,11 @@ seed = 1
 at = [0.9, 0.4]
 yaw = 90.0
 """
-OTHERS = "player.actors()[0].moment.others.map(({ name, torso, position }) => [name, torso, position.length])"
+OTHERS = """
+() => (player.actors()[0]?.moment.others ?? [])
+  .map(({ name, torso, position }) => [name, torso, position.length])
+"""
+"""Name, place and how many numbers of each other robot that is drawn."""
 
 
 def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
