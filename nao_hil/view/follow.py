@@ -484,7 +484,7 @@ class LinkFollower:
     def _execute(self, order: Order) -> str:
         names, robot = list(self.robots.found), order.robot or self._chosen
         if isinstance(order, StopAll):
-            known = {name: follower for name, follower in self._followers.items() if follower.known}
+            known = {name: follower for name, follower in list(self._followers.items()) if follower.known}
             sentence = stop_all({*names, *known}, self.endpoint)
             for follower in known.values():
                 follower.release()

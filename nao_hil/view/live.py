@@ -105,6 +105,7 @@ class LinkRobots:
         self._lock = threading.Lock()
         self._session: zenoh.Session | None = None
         self._subscribers: dict[str, Any] = {}
+        self._met: dict[str, LinkRobot] = {}
         self.found: dict[str, LinkRobot] = {}
         """At the last `update`."""
 
@@ -140,6 +141,9 @@ class LinkRobots:
             robot = LinkRobot(body_of(info.body, info.sheet), deque(maxlen=1))
         except NaoHilError:
             return None
+        if name in self._met and self._met[name].body == robot.body:
+            return self._met[name]  # back after an outage: whoever draws it has this one
+        self._met[name] = robot
         self._subscribers[name] = subscribe(session, keys.topic_key(name, TruthFrame), robot.newest.append)
         return robot
 

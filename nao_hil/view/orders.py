@@ -81,14 +81,16 @@ class Driving:
             return session.reply
 
     def _opened(self) -> Session:
-        if self._session is None:
-            self._session = Session(self._walker())
-        return self._session
+        session = self._session or Session(self._walker())
+        self._session = session
+        return session
 
     def release(self) -> None:
-        """Drop the target and its keepalive: the robot is stopped, or begins again."""
-        with self._lock:
-            self._session = None
+        """Drop the target and its keepalive: the robot is stopped, or begins again.
+
+        Without the lock: a walker that does not answer holds it for seconds, and no emergency stop waits.
+        """
+        self._session = None
 
     def keep_alive(self) -> None:
         """Send a keepalive if one is due, or the stop; call it every second or oftener."""

@@ -176,7 +176,8 @@ class RunRows:
         self, body: Body, world: WorldReply | None = None, others: Mapping[str, Body] | None = None
     ) -> None:
         self.body, self.world, self.others = body, world, dict(others or {})
-        self._drawn = {each.name: _DrawnBody(each) for each in (body, *self.others.values())}
+        bodies = {each.name: each for each in (*self.others.values(), body)}
+        self._drawn = {name: _DrawnBody(bodies[name]) for name in dict.fromkeys((body.name, *bodies))}
         self._kinematics = FloatingBase(body)
         self.links = self._drawn[body.name].links
         self._lamps = lamps(body)

@@ -89,7 +89,7 @@ def test_goals_stand_on_their_lines_open_to_the_field(name: str, goal_line: floa
         assert left.mass == right.mass == bar.mass == 0.0
 
 
-def test_a_ball_rolls_into_the_goal_and_bounds_off_a_post(physics: str) -> None:
+def test_a_ball_rolls_into_the_goal_and_a_post_stops_it(physics: str) -> None:
     ends = {}
     for name, y in (("inside", 0.5), ("post", 0.8)):
         world = build_world(physics, SETTINGS, load_scenario("field"), 0)
@@ -110,8 +110,8 @@ def test_a_painted_floor_is_as_even_as_a_bare_one() -> None:
     world.engine.close()
 
 
-def test_a_robot_walks_about_goals_as_without(physics: str) -> None:
-    """Its start, far from all posts, and the first frames are those of the same floor without a field."""
+def test_a_robot_far_from_the_goals_moves_as_without_them(physics: str) -> None:
+    """Also where a push moves it; within the last digits, as its start is found by rays at the ground."""
     frames = []
     for text in ("[field]\nlength = 9.0\nwidth = 6.0\n", ""):
         scenario = parse_toml(text, "mine", Scenario)

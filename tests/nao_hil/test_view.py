@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
+import re
 import socket
 import threading
 import time
@@ -50,14 +52,15 @@ from nao_hil.view.orders import (
     SlowMotion,
     answered,
 )
-from nao_hil.view.page import page
+from nao_hil.view.page import page, world_page, world_recordings
 from nao_hil.view.rows import RunRows, events_json
 from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import SIGNALS
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
 from tests.frames import info_of_robot, truth_frame, walk_status, walk_telemetry
-from tests.loops import until
+from tests.loops import TIMEOUT, until
+from tests.made_worlds import record_world
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_endpoint, free_port
 
@@ -299,6 +302,24 @@ def test_what_is_no_order_is_refused_in_one_sentence(
     assert sentence in words and not done and "\n" not in words
 
 
+def test_an_emergency_stop_waits_for_no_walker_that_does_not_answer(
+    order: Callable[..., tuple[str, bool]], commands: FakeCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hangs, end = threading.Event(), threading.Event()
+    monkeypatch.setattr(commands, "status", lambda: (hangs.set(), end.wait(), STATUS)[-1])
+    steering = threading.Thread(target=order, args=("steer",), kwargs={"velocity": [0.1, 0.0, 0.0]})
+    steering.start()
+    try:
+        assert hangs.wait(TIMEOUT)
+        stopped = threading.Thread(target=order, args=("stop",), kwargs={"how": "crouch"})
+        stopped.start()
+        stopped.join(10.0)
+        assert not stopped.is_alive()
+    finally:
+        end.set()
+        steering.join(TIMEOUT)
+
+
 def test_a_robot_that_does_not_answer_is_told(
     order: Callable[..., tuple[str, bool]], commands: FakeCommands
 ) -> None:
@@ -529,6 +550,22 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
     assert np.diff(knee).max() == pytest.approx(JOINT_RATE * BODY.cycle)
     assert np.ptp(np.delete(asked, INDEX["LKneePitch"], axis=1)) == 0.0
     until(lambda: not hand.holds, "the robot to be free")
+
+
+def test_a_recorded_world_holds_a_run_of_each_robot_with_the_others_in_it(tmp_path: Path) -> None:
+    last = record_world(tmp_path, 30)
+    assert list(world_recordings(tmp_path)) == ["red", "blue"]
+    html, _ = world_page(world_recordings(tmp_path), "blue")
+    texts = re.findall(r'<script type="application/octet-stream">(.*?)</script>', html)
+    runs = [unpacked(base64.b64decode(text)) for text in texts]
+    assert [header["name"] for header, _ in runs] == ["blue", "red"]  # the chosen one is shown first
+    for (header, tables), other in zip(runs, ("red", "blue"), strict=True):
+        assert header["names"] == ["red", "blue"]
+        (drawn,) = header["others"]  # type: ignore[misc, attr-defined]
+        assert drawn["name"] == other
+        np.testing.assert_allclose(tables["others"][-1, :3], last[other].torso_position, atol=2e-3)
+        np.testing.assert_allclose(tables["others"][-1, 7:], last[other].joints, atol=5e-3)
+        assert len(header["objects"]) == 6 and header["field"]["size"] == [7.4, 5.4]  # type: ignore[index, arg-type]
 
 
 @pytest.mark.parametrize("name", ["tiles", "rough"])

@@ -12,8 +12,9 @@ import pytest
 
 from bridge.link.client import GuardClient, WorldClient
 from bridge.messages.world import PlaceBox
+from nao_hil.view.page import world_page, world_recordings
 from tests.loops import until
-from tests.ports import free_port
+from tests.made_worlds import PLACES, record_world
 from tests.system.pages import browser_page, open_page
 
 Start = Callable[..., Any]
@@ -31,17 +32,21 @@ seed = 1
 at = [0.9, 0.4]
 yaw = 90.0
 """
-OTHERS = "player.actors()[0].moment.others.map(({ name, torso, position }) => [name, torso, position.length])"
+OTHERS = """
+() => (player.actors()[0]?.moment.others ?? [])
+  .map(({ name, torso, position }) => [name, torso, position.length])
+"""
+"""Name, place and how many numbers of each other robot that is drawn."""
 
 
 def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
     start: Start, endpoint: str, port: int, tmp_path: Path
 ) -> None:
-    file, errors, run = tmp_path / "world.toml", list[str](), tmp_path / "run"
+    file, errors = tmp_path / "world.toml", list[str]()
     file.write_text(WORLD)
-    emulate = start(
+    start(
         *("emulate", "--world", str(file), "--scenario", "field-small", "--engine", "mujoco"),
-        *("--listen", endpoint, "--out", str(run)),
+        *("--listen", endpoint, "--out", str(tmp_path / "run")),
     )
     start("view", "--connect", endpoint, "--port", str(port))
     with ExitStack() as opened, browser_page(errors) as page:
@@ -70,15 +75,18 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         until(lambda: not guards["red"].status().armed, "the stop of all")
         until(lambda: "red: " in page.inner_text("#toast"), "the answer of each")
         assert errors == []
-    emulate.interrupt()
 
-    other = free_port()
-    start("view", "--replay", str(run), "--name", "blue", "--port", str(other))
+
+def test_the_robot_of_a_recorded_world_is_chosen_in_the_page(tmp_path: Path) -> None:
+    record_world(tmp_path / "run", 40)
+    file, errors = tmp_path / "page.html", list[str]()
+    file.write_text(world_page(world_recordings(tmp_path / "run"), "blue")[0])
     with browser_page(errors) as page:
-        open_page(page, other)
+        page.goto(file.as_uri())
+        page.wait_for_selector("body[data-ready=yes]")
         assert page.inner_text("#title") == "robot blue"
         page.get_by_label("robot that is shown and gets the orders").select_option("red")
         assert page.inner_text("#title") == "robot red"
         ((name, torso, _),) = page.evaluate(OTHERS)
-        assert name == "blue" and torso[:2] == pytest.approx([0.9, 0.4], abs=0.05)
-        assert errors == []
+        assert name == "blue" and torso[:2] == pytest.approx(PLACES["blue"][1][:2], abs=0.05)
+        assert errors == [file.as_uri()]  # no other address is asked for
