@@ -20,6 +20,7 @@ from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.store import key
 from nao_hil.runs.walk import Walk, walk
 from tests.policies import LEGS, sheet, write_policy
+from walker.gaits import gait_parameters
 from walker.service import WalkService
 
 
@@ -62,6 +63,15 @@ def test_the_path_of_a_sheet_counts_from_the_working_directory(
     assert run_config(None, gait="onnx:imitation").gait == "onnx:imitation"
     with pytest.raises(ConfigurationError, match="SHEET"):
         run_config(None, gait="omny")
+
+
+def test_a_shown_configuration_is_the_same_gait_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["config", "show", "--gait", "onnx:imitation"]) == 0
+    (tmp_path / "run.toml").write_text(capsys.readouterr().out)
+    settings = run_config(tmp_path / "run.toml")
+    assert gait_parameters(settings.gait, settings.parameters) == gait_parameters("onnx:imitation")
 
 
 def test_a_walk_command_names_no_file_of_the_walkers_machine(tmp_path: Path) -> None:
