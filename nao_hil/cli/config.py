@@ -170,8 +170,12 @@ def gaits() -> Answer:
     """List the gaits and their shipped parameters."""
     # imported late: the walk needs SciPy, which help and completion need not wait for
     from walker.gaits import GAITS, gait_parameters
+    from walker.gaits.learned import POLICIES, PREFIX
 
     rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
+    for sheet in sorted(POLICIES.glob("*.toml")):
+        learned = msgspec.to_builtins(gait_parameters(PREFIX + sheet.stem))
+        rows[PREFIX + sheet.stem] = {key: learned[key] for key in ("title", "cycle")}
     table = Table("name", "parameter", "value (SI units)", title="Gaits")
     for name, parameters in rows.items():
         for i, (key, value) in enumerate(parameters.items()):

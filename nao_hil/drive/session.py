@@ -29,6 +29,10 @@ class Walker(Protocol):
         """State of the walker."""
 
 
+LEARNED_SPEED: Final = 0.1
+"""m/s taken for the own speed of a learned gait, whose sheet is on the walker's machine."""
+
+
 class Session:
     """Drives a walker by keys and a stick.
 
@@ -43,8 +47,9 @@ class Session:
     def __init__(self, walker: Walker) -> None:
         self._walker = walker
         speeds = {gait: gait_parameters(gait).periodic_step.velocity for gait in GAITS}
-        self.driver = Driver({gait: speed for gait, speed in speeds.items() if speed > 0.0})
         self.status: WalkStatus = walker.status()
+        speeds.setdefault(self.status.gait, LEARNED_SPEED)
+        self.driver = Driver({gait: speed for gait, speed in speeds.items() if speed > 0.0})
         self.target = self.driver.at_rest(self.status)
         self.commands = self.refused = 0
         """Sent, and refused of them."""

@@ -12,14 +12,15 @@ import pytest
 
 from bridge.errors import ConfigurationError, WalkRefused
 from bridge.messages.walk import WalkCommand
+from nao_hil.analysis.statistics import wilson
 from nao_hil.cli.main import run
-from nao_hil.experiments.context import Context
-from nao_hil.experiments.policies import POLICIES, _courses
-from nao_hil.runs.campaign import Campaign
+from nao_hil.experiments.policies import POLICIES
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.store import key
-from nao_hil.runs.walk import Walk, walk
+from nao_hil.runs.walk import Walk, WalkEnd, walk
+from tests.made_walks import MadeCampaign, made_context, walk_end
 from tests.policies import LEGS, sheet, write_policy
+from walker.gaits import gait_parameters
 from walker.service import WalkService
 
 
@@ -64,6 +65,15 @@ def test_the_path_of_a_sheet_counts_from_the_working_directory(
         run_config(None, gait="omny")
 
 
+def test_a_shown_configuration_is_the_same_gait_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["config", "show", "--gait", "onnx:imitation"]) == 0
+    (tmp_path / "run.toml").write_text(capsys.readouterr().out)
+    settings = run_config(tmp_path / "run.toml")
+    assert gait_parameters(settings.gait, settings.parameters) == gait_parameters("onnx:imitation")
+
+
 def test_a_walk_command_names_no_file_of_the_walkers_machine(tmp_path: Path) -> None:
     own, other = write_policy(tmp_path, sheet()), "onnx:/etc/other.toml"
     service = WalkService(own)
@@ -81,14 +91,28 @@ def test_a_stored_walk_depends_on_the_network(tmp_path: Path) -> None:
     assert key(task) != before
 
 
-def test_every_course_is_the_same_for_all_gaits(tmp_path: Path) -> None:
-    context = Context(Campaign(cluster="inline"), tmp_path, (7, 8), RunConfig(engine="mujoco"))
-    courses = _courses(context)
-    worlds = [repr(parts["fields"].get("scenario")) + repr(parts["changes"]) for parts in courses.values()]
-    assert len(set(worlds)) == len(courses) == 8
-    assert POLICIES.robot
+def test_each_gait_walks_the_same_courses_and_is_paired_with_the_first(tmp_path: Path) -> None:
+    def end(task: Walk) -> WalkEnd:
+        tires = task.config.gait == "dynamic" and task.config.wear == "worn"
+        return walk_end("fell" if tires else "walked", distance=1.2)
+
+    campaign = MadeCampaign(end)
+    context = made_context(campaign, tmp_path, range(20), gait="omni,dynamic")
+    outcome = POLICIES.run("policies", context)
+    courses: dict[str, dict[str, set[str]]] = {}
+    for task in campaign.asked:
+        _, course, gait = task.name.split(", ")
+        world = repr((task.scenario, task.wear, task.config.wear, task.config.seed, task.duration))
+        courses.setdefault(course, {}).setdefault(gait, set()).add(world)
+    assert all(by_gait["omni"] == by_gait["dynamic"] for by_gait in courses.values())
+    worlds = [frozenset(by_gait["omni"]) for by_gait in courses.values()]
+    assert len(set(worlds)) == len(courses) == 8 and all(len(each) == 20 for each in worlds)
+    found = outcome.figures
+    assert (found["pairs"]["worn"]["dynamic"].only_with, found["pairs"]["slope"]["dynamic"].both) == (20, 20)
+    assert found["courses"]["worn"]["dynamic"].interval == wilson(0, 20)
+    assert all(claim.holds for claim in outcome.page.claims) and len(outcome.page.claims) == 2
     with pytest.raises(ConfigurationError, match="twice"):
-        POLICIES.run("policies", Context(context.campaign, tmp_path, (7,), context.changes, gait="omni,omni"))
+        POLICIES.run("policies", made_context(campaign, tmp_path, range(2), gait="omni,omni"))
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])

@@ -3,7 +3,7 @@
 Dataset aggregation (Ross, Gordon and Bagnell 2011): in the first walks `omni` drives, in later ones the network
 fitted so far, so that the data hold the states into which the network's own errors lead.
 
-python -m nao_hil.design.imitation.omni [--robot nao-v3] [--minutes 12] [--seed 0] [--out DIR]
+python -m nao_hil.design.imitation.omni [--robot nao-v3] [--minutes 3] [--seed 0] [--out DIR]
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def sheet(default_pose: dict[str, float], step: float, start: float, scale: list
         "command": {"default": [0.08, 0.0, 0.0], **{k: list(v) for k, v in RANGES.items()}}
         | {"acceleration": [0.2, 0.3, 2.0]},
         "phase": {"period": period, "start": round(-start / period % 1.0, 6), "ramp": start}
-        | {"standing": "runs", "stop_time": period},
+        | {"standing": "zero", "stop_time": 1.0},
         "default_pose": default_pose,
         "observation": [
             {"term": "gait_phase_sin"},
@@ -213,7 +213,9 @@ def train(robot: str, minutes: float, seed: int = 0) -> Iterator[tuple[dict[str,
     stand = Controller(body, gait, None, body.cycle).walk.goal
     pose: dict[str, float] = {name: round(stand[INDEX[name]], 5) for name in JOINTS if name in body.joints}
     table = sheet(pose, omni.T, omni.T_start, [0.2] * len(LEGS))  # type: ignore[attr-defined]
-    parameters = from_dict(table, "imitation", LearnedParameters)
+    # `omni` steps on for a while after the order; the network learns that with the clock running
+    phase = table["phase"] | {"standing": "runs", "stop_time": 2.0 * omni.T}  # type: ignore[attr-defined]
+    parameters = from_dict(table | {"phase": phase}, "imitation", LearnedParameters)
     layers = random_layers((parameters.inputs, *HIDDEN, len(LEGS)), random)
     observations, targets = [], []
     network: list[Layer] | None = None
@@ -247,7 +249,7 @@ def main() -> None:
     """Train, and write sheet and network."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robot", default="nao-v3")
-    parser.add_argument("--minutes", type=float, default=12.0)
+    parser.add_argument("--minutes", type=float, default=3.0)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("imitation"))
     options = parser.parse_args()

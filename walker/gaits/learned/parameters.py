@@ -165,8 +165,10 @@ class PhaseClock(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Time for which the policy stops the robot, with a command of zero, before its joints are held, s."""
 
 
-class LearnedParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A sheet."""
+class LearnedParameters(
+    GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """A sheet; TOML has no word for an absent `clip`, so defaults are left out."""
 
     model: str
     """The network (.onnx); a path relative to the sheet."""
