@@ -18,7 +18,7 @@ pytest.importorskip("qi")
 pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
 
 from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
-from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, project_of
+from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, home_of, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager
@@ -375,3 +375,23 @@ def test_a_text_starts_a_behaviour_of_the_project(tmp_path: Path) -> None:
     assert said == ["sung"] and player.could_not == []
     manager.run_for_text("party/songs/wedding")
     assert said == ["sung"] and len(player.could_not) == 1
+
+
+def test_the_home_of_scripts_is_the_robot_s(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another server's may be on another machine, or it does not tell."""
+    monkeypatch.setattr(f"{home_of.__module__}.ROBOT_HOME", tmp_path / "nao")
+
+    def session(home: str) -> Any:
+        def service(_: str) -> Any:
+            if not home:
+                raise RuntimeError("no such service")
+            return SimpleNamespace(home=lambda: home)
+
+        return SimpleNamespace(service=service)
+
+    served = tmp_path / "served"
+    served.mkdir()
+    assert home_of(session(str(served)), tmp_path / "other") == served
+    for unknown in ("", str(tmp_path / "elsewhere")):
+        assert home_of(session(unknown), tmp_path / "other") == tmp_path / "other"
+        assert (tmp_path / "other").is_dir()
