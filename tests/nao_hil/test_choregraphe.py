@@ -18,7 +18,7 @@ pytest.importorskip("qi")
 pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
 
 from nao_hil.naoqi_programs.choregraphe.executables import ServiceManager
-from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, project_of
+from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, home_of, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager
@@ -72,6 +72,7 @@ class Robot:
     def __init__(self) -> None:
         self.calls: list[tuple[Any, ...]] = []
         self.told: dict[str, list[Callable[[Any], None]]] = {}
+        self.topics: dict[str, str] = {}
         self.free = threading.Event()
 
     def service(self, name: str) -> Any:
@@ -81,17 +82,19 @@ class Robot:
         return "English"
 
     def loadTopicContent(self, text: str) -> str:
-        return text.split("~")[1].split("(")[0]
+        name = text.split("~")[1].split("(")[0]
+        self.topics[name] = text.split("language: ")[1].strip()
+        return name
 
     def getLoadedTopics(self, language: str) -> list[str]:
         assert language == "English"
-        return ["Talk_enu"]
+        return [name for name, code in self.topics.items() if code == "enu"]
 
     def activateTopic(self, name: str) -> None:
         self.calls.append(("activate", name))
 
     def unloadTopic(self, name: str) -> None:
-        self.calls.append(("unload", name))
+        self.calls.append(("unload", name, self.topics.pop(name)))
 
     def subscribe(self, name: str) -> None:
         self.calls.append(("subscribe", name))
@@ -232,25 +235,27 @@ def test_a_script_pauses_the_timeline_around_it_and_goes_to_a_frame_by_its_name(
     assert player.ended.wait(5.0) and said == ["waits", "story"] and player.could_not == []
 
 
-def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path) -> None:
-    """Its file of topics is beside the behaviour; only the topic of the robot's language becomes active."""
+@pytest.mark.parametrize("codes", ["frf enu", "enu frf"])
+def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path, codes: str) -> None:
+    """Its file of topics is beside the behaviour; those of all languages may have one name."""
     (tmp_path / "Talk").mkdir()
-    (tmp_path / "Talk" / "Talk.dlg").write_text("multilanguage:Talk\n  enu:Talk_enu.top\n  frf:Talk_frf.top\n")
-    for code in ("enu", "frf"):
-        (tmp_path / "Talk" / f"Talk_{code}.top").write_text(f"topic: ~Talk_{code}()\nlanguage: {code}\n")
+    listed = "".join(f"  {code}:Talk_{code}.top\n" for code in codes.split())
+    (tmp_path / "Talk" / "Talk.dlg").write_text(f"multilanguage:Talk\n{listed}")
+    for code in codes.split():
+        (tmp_path / "Talk" / f"Talk_{code}.top").write_text(f"topic: ~Talk()\nlanguage: {code}\n")
     outputs = '<dialogFile>../Talk/Talk.dlg</dialogFile><Output name="game" nature="2" id="6"/>'
     boxes = box(1, "Talk", inside=outputs) + says(2, "game")
     folder = tmp_path / "behavior_1"
     folder.mkdir()
     player, robot, said = play(folder, timeline(diagram(boxes, (0, 2, 1, 2), (1, 6, 2, 2), (1, 4, 0, 4))))
     until(lambda: ("raise", "onStart", 1) in robot.calls)
-    assert [call for call in robot.calls if call[0] == "activate"] == [("activate", "Talk_enu")]
+    assert [call for call in robot.calls if call[0] == "activate"] == [("activate", "Talk")]
     assert [sentence.split(" waits")[0] for sentence in player.waiting()] == ["the box Talk"]
     robot.tell("game", 1)
     until(lambda: said == ["game"])
     robot.tell("onStopped", 1)
     assert player.ended.wait(5.0) and player.could_not == []
-    assert [call[1] for call in robot.calls if call[0] == "unload"] == ["Talk_enu", "Talk_frf"]
+    assert robot.calls[-1] == ("unload", "Talk", "enu")
 
 
 def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Path) -> None:
@@ -330,3 +335,23 @@ def test_a_text_starts_a_behaviour_of_the_project(tmp_path: Path) -> None:
     assert said == ["sung"] and player.could_not == []
     manager.run_for_text("party/songs/wedding")
     assert said == ["sung"] and len(player.could_not) == 1
+
+
+def test_the_home_of_scripts_is_the_robot_s(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another server's may be on another machine, or it does not tell."""
+    monkeypatch.setattr(f"{home_of.__module__}.ROBOT_HOME", tmp_path / "nao")
+
+    def session(home: str) -> Any:
+        def service(_: str) -> Any:
+            if not home:
+                raise RuntimeError("no such service")
+            return SimpleNamespace(home=lambda: home)
+
+        return SimpleNamespace(service=service)
+
+    served = tmp_path / "served"
+    served.mkdir()
+    assert home_of(session(str(served)), tmp_path / "other") == served
+    for unknown in ("", str(tmp_path / "elsewhere")):
+        assert home_of(session(unknown), tmp_path / "other") == tmp_path / "other"
+        assert (tmp_path / "other").is_dir()

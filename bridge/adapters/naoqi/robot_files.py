@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar
 
-from bridge.adapters.naoqi.declared import Own, text
+from bridge.adapters.naoqi.declared import Own, offers, text
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -71,9 +71,7 @@ class RobotFiles:
             )
         file = self.home / inside
         try:
-            if not self.home.is_dir():
-                self.home.mkdir(parents=True)
-                logger.info("%s%s", HOME_PREFIX, self.home)
+            self.made_home()
             place = file.resolve()
             if not place.is_relative_to(self.home.resolve()) or (place.exists() and not place.is_file()):
                 raise NaoqiRefused(f"{value!r:.80} is no file that can be written; give another path.")
@@ -83,12 +81,21 @@ class RobotFiles:
             raise NaoqiRefused(f"{value!r:.80} cannot be written ({reason}); give another path.") from None
         return place
 
+    @offers("NaoHil.home")
+    def made_home(self) -> str:
+        """The folder of this machine that stands for the robot's home; it is made."""
+        if not self.home.is_dir():
+            self.home.mkdir(parents=True)
+            logger.info("%s%s", HOME_PREFIX, self.home)
+        return str(self.home)
+
     def _in_home(self, given: Path) -> Path | None:
-        """A path relative to the robot's home; None: outside."""
+        """A path relative to the robot's home, whose name is the robot's or this machine's; None: outside."""
         plain = Path(os.path.normpath(given))
-        if "\0" in str(given) or not plain.is_relative_to(ROBOT_HOME) or plain == ROBOT_HOME:
-            return None
-        return plain.relative_to(ROBOT_HOME)
+        for home in (ROBOT_HOME, self.home):
+            if "\0" not in str(given) and plain.is_relative_to(home) and plain != home:
+                return plain.relative_to(home)
+        return None
 
     def load(self, source: S, read: Callable[[S], T], store: Callable[[T], R]) -> Future[R]:
         """Read a file, or a long text, in a thread of its own, then store its content.

@@ -337,6 +337,7 @@ class Services:
             films,
             self._dialog,
             self._dialog.concepts,
+            self._files,
             Animations(self.joints, self.motion),
             Tracker(self.joints, self.motion, self._frames, self._following),
             OldTracker("RedBall", 0.06, self._following),

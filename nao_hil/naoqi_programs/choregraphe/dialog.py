@@ -52,17 +52,18 @@ class DialogBox:
         self._running.emit(output, value)
 
     def onInput_onStart(self) -> None:
-        """Let the topics of the present language answer."""
+        """Let the topic of the present language answer; those of others may have its name."""
         dialog = self._player.services("ALDialog")
         language = self._player.services("ALTextToSpeech").getLanguage()
-        self._topics += [
-            dialog.loadTopicContent(text) for text in topics(self._player.folder / self._running.box.dialog)
-        ]
-        active = [topic for topic in self._topics if topic in dialog.getLoadedTopics(language)]
-        if not active:
+        for text in topics(self._player.folder / self._running.box.dialog):
+            topic = dialog.loadTopicContent(text)
+            if topic in dialog.getLoadedTopics(language):
+                self._topics.append(topic)
+                dialog.activateTopic(topic)
+                break
+            dialog.unloadTopic(topic)
+        else:
             self._player.cannot(f"the dialogue {self._running.box.name} has no topic in {language}")
-        for topic in active:
-            dialog.activateTopic(topic)
         dialog.subscribe(self._name)
         self._raise("onStart", None)
 

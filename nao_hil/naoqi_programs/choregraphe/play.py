@@ -9,6 +9,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
@@ -147,15 +148,25 @@ def make_player(session: Any, folder: Path, idle: float = IDLE, own: dict[str, A
     return Player(session.service, names, OwnSession(session, own), folder, register)
 
 
+def home_of(session: Any, other: Path) -> Path:
+    """The folder of this machine that is the robot's home; another one, made, where there is none."""
+    homes = [ROBOT_HOME]
+    with suppress(RuntimeError):  # of qi: a server of others
+        homes.append(Path(session.service("NaoHil").home()))
+    for home in homes:
+        if home.is_dir():
+            return home
+    other.mkdir(exist_ok=True)
+    return other
+
+
 def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and list omitted steps."""
     import qi  # late: `BehaviorManager` needs none
 
-    home = ROBOT_HOME if ROBOT_HOME.is_dir() else report.parent / "home"
-    home.mkdir(exist_ok=True)
-    os.environ["HOME"] = str(home)  # scripts run on the robot
     session = qi.Session()
     session.connect(os.environ["NAO_HIL_NAOQI"])
+    os.environ["HOME"] = str(home_of(session, report.parent / "home"))  # scripts run on the robot
     folder, project = file.resolve().parent, project_of(file)
     sys.path[0:0] = [str(folder), str(folder.parent)]
     load_modules(old=True)

@@ -55,6 +55,7 @@ _EVENTS: Final = {
 }
 """Below `Dialog/` (confirmed: vendor's page), with their initial values (assumed)."""
 _CHOICE: Final = re.compile(r"(\^\w+)?\s*\[([^\[\]]*)\]")
+_SETS: Final = re.compile(r'\$([\w/]+)=(?!=)(?:"([^"]*)"|(\S+))')
 _OPTION: Final = re.compile(r'"([^"]*)"|(\S+)')
 
 
@@ -145,12 +146,13 @@ class Dialog:
             self._go_to(topic.name)
             if not self._is_on(topic.name, tuple(re.findall(r"%(\w+)", rule.answer))):
                 return None
-            answer = self._produced(topic, rule.answer, kept)
+            answer, later = self._produced(topic, rule.answer, kept)
             for tag in re.findall(r"%(\w+)", rule.answer):
                 self._raise("Tag", tag)
             if not answer:
                 return None
             spoken = self._speak(answer)
+            spoken.add_done_callback(lambda _: self._set(later))
             plain = _spaced(_FUNCTION.sub(" ", answer))
             self._raise("LastAnswer", plain)
             self._raise("Answered", plain)
@@ -161,8 +163,15 @@ class Dialog:
         finally:
             self._answers = False
 
-    def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
-        """Text of an answer; sets its variables."""
+    def _set(self, values: dict[str, Any]) -> None:
+        """Set variables; rules do not answer the events that they are."""
+        answers, self._answers = self._answers, True
+        for name, value in values.items():
+            self._events.raise_event(name, value)
+        self._answers = answers
+
+    def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> tuple[str, dict[str, Any]]:
+        """Text of an answer, and variables to set after it: those behind a word (assumed); sets the others."""
         for _ in range(_MAX_JUMPS):
             jump = _JUMP.search(answer[:MAX_ANSWER])
             if jump is None:
@@ -176,14 +185,21 @@ class Dialog:
             options = [quoted or word for quoted, word in _OPTION.findall(found[2])] or [""]
             turn = 0 if found[1] == "^first" else self._turn(topic.name, found[2])
             answer = answer[: found.start()] + options[turn % len(options)] + answer[found.end() :]
-        for name, quoted, plain in re.findall(r'\$([\w/]+)=(?!=)(?:"([^"]*)"|(\S+))', answer):
-            self._events.raise_event(name, _typed(with_kept(quoted or plain, kept)))
-        answer = re.sub(r'\$[\w/]+=(?!=)(?:"[^"]*"|\S+)', " ", answer)
-        answer = _SILENT.sub(" ", answer)
-        answer = with_kept(answer, kept)
-        answer = re.sub(r"\$([A-Za-z_][\w/]*)", lambda m: str(self._value(m[1])), answer)
+        values: dict[str, Any] = {}
+        now: dict[str, Any] = {}
+        for setting in _SETS.finditer(answer):
+            name, quoted, plain = setting.groups("")
+            values[name] = _typed(with_kept(quoted or plain, kept))
+            if not _SILENT.sub(" ", _SETS.sub(" ", answer[: setting.start()])).strip(' "'):
+                now[name] = values[name]
+        answer = with_kept(_SILENT.sub(" ", _SETS.sub(" ", answer)), kept)
+        self._set(now)
+        answer = re.sub(r"\$([A-Za-z_][\w/]*)", lambda m: str(values.get(m[1], self._value(m[1]))), answer)
         answer = re.sub(r"~(\w+)", lambda m: self._one_of(topic, m[1]), answer)
-        return _spaced(answer.replace('"', " "))
+        answer = _spaced(answer.replace('"', " "))
+        if not answer:
+            self._set(values)
+        return answer, {name: value for name, value in values.items() if name not in now}
 
     def _goal(self, topic: Topic, jump: re.Match[str]) -> Rule | None:
         """The rule or the proposal that a function of an answer leads to."""

@@ -190,3 +190,14 @@ def test_options_before_the_words_of_a_rule_and_other_languages_are_read(robot: 
     assert said(robot, "hallo daar") == "goedendag"
     assert robot.call("ALDialog", "getLoadedTopics", "Dutch") == ["more"]
     assert robot.call("ALDialog", "getLoadedTopics", "English") == ["mine"]
+
+
+def test_a_variable_behind_words_is_set_after_them(robot: Robot) -> None:
+    loaded(robot, "u:(leave) $left=1 Good bye to you all $onStopped=1 ^run(games/end) $ended=1")
+    robot.events.clear()
+    spoken = robot.call("ALDialog", "forceInput", "leave")
+    robot.run(0.2)
+    assert not spoken.done()
+    assert dict(robot.events)["left"] == 1 and not {"onStopped", "ended"} & dict(robot.events).keys()
+    robot.wait(spoken)
+    assert dict(robot.events)["onStopped"] == 1 and dict(robot.events)["ended"] == 1

@@ -380,6 +380,18 @@ def test_a_program_writes_below_the_robot_s_home_only(
     assert not any(outside.iterdir())
 
 
+def test_the_robot_s_home_has_two_names(standing: Callable[..., SensorFrame], tmp_path: Path) -> None:
+    """A script on the robot's machine has the folder's own name for it."""
+    robot = Robot(standing(), home=tmp_path / "home")
+    home = robot.call("NaoHil", "home")
+    assert Path(home).is_dir()
+    for folder in ("/home/nao", home):
+        robot.call("ALAudioDevice", "startMicrophonesRecording", f"{folder}/sounds/heard.wav")
+        robot.run(0.1)
+        robot.call("ALAudioDevice", "stopMicrophonesRecording").result(10.0)
+        (Path(home) / "sounds" / "heard.wav").unlink()
+
+
 @pytest.mark.parametrize(
     ("call", "refused"),
     [
