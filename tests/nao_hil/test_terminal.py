@@ -99,7 +99,7 @@ SHOWS = {
     "table": lambda: open_console().print(_table()),
     "answer": lambda: Answer(None, HOSTILE).give(as_json=False),
     "json": lambda: Answer({"name": HOSTILE}).give(as_json=True),
-    "refusal": lambda: run(["stop", HOSTILE]),
+    "refusal": lambda: run(["info", HOSTILE]),
 }
 """Ways of a text to the terminal."""
 
