@@ -108,10 +108,10 @@ class Photographer:
             with self._served(["view", "--connect", endpoint]) as page:
                 page.get_by_label("robot that is shown").select_option("blue")
                 page.get_by_text("robot blue", exact=True).wait_for()
-                page.evaluate("Object.assign(player.camera, { distance: 3.6, elevation: 0.42, azimuth: -2.2 })")
+                page.evaluate("Object.assign(player.camera, { distance: 4.4, elevation: 0.42, azimuth: -2.0 })")
                 with WorldClient("blue", endpoint) as client:
                     client.send(BALL)
-                self._shoot(page, "world", "Charts")
+                self._shoot(page, "world", "World")
         finally:
             robots.end(20.0)
 
