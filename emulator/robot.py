@@ -370,7 +370,7 @@ class EmulatedRobot(Closing):
         try:
             self.world.require_room(self, movable=False)
         except ConfigurationError as error:
-            speeds = body.velocity, body.angular_velocity
+            speeds = body.velocity, body.angular_velocity  # a hook (`hang`) is not put back
             self.multibody.place(body.pose, *speeds, joints=joints.tolist())
             raise FrameError(str(error)) from None
         removed = self.world.clear_robots()

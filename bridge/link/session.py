@@ -389,7 +389,8 @@ def other_robots(session: zenoh.Session, robot: str) -> str:
     names = robots(session)
     if not names or robot in names:
         return ""
-    return f"; there {'is' if len(names) == 1 else 'are'} {', '.join(f'`{name}`' for name in names)} (--name)"
+    listed = ", ".join(f"`{name}`" for name in names)
+    return f"; {listed} {'is' if len(names) == 1 else 'are'} there (--name)"
 
 
 def declare_publishers(session: zenoh.Session, robot: str, side: Side) -> dict[type[Any], zenoh.Publisher]:
