@@ -286,6 +286,9 @@ def _show(
         table.add_row("largest torso tilt", f"{math.degrees(summary['torso_max']):.2f} deg")
     table.add_row("real-time factor", f"{summary['real_time_factor']:.2f}")
     table.add_row("cycles", f"{summary['cycles']}, {summary['cycles_missed']} missed")
+    if calls := summary.get("inference"):
+        median, most = 1e3 * calls["p50"], 1e3 * calls["p99"]
+        table.add_row("network", f"{calls['count']} calls, {median:.2f} ms (median), {most:.2f} ms (99 %)")
     table.add_row("recording", str(recording))
     console.print(table)
     for sentence in (summary["diagnosis"], summary["starved"]):

@@ -39,7 +39,7 @@ def test_a_walk_tells_how_often_and_how_long_the_network_was_called(
     assert (code, data["failure"], data["fell"]) == (0, "", False)
     calls = data["inference"]
     assert calls["count"] == pytest.approx(100, abs=20)  # 1 s of the walk, and 1 s of its stop
-    assert 0.0 < calls["p50"] <= calls["p99"] <= calls["max"] < 1.0
+    assert 0.0 < calls["p50"] <= calls["p99"] <= calls["max"]
 
 
 def test_a_failed_policy_ends_with_code_3_and_its_reason(
