@@ -44,6 +44,7 @@ DRIVE: Final = np.dtype(
             "spring",  # of motor and gear in series, N m/rad
             # dry friction
             "friction",  # F, N m
+            "load_friction",  # its share of the torque
             "brush_stiffness",  # N m/rad
             "brush_damping",  # N m s/rad
             # data sheet
@@ -124,8 +125,10 @@ def run_drives(drives: NDArray[Any], position: Array, velocity: Array, torque: A
         # f = -clip(k (q - a) + d qd, -F, F).
         bend = max(min(q - drive.brush, BRUSH_REACH), -BRUSH_REACH)
         drive.brush = q - bend
-        f = bend * drive.brush_stiffness + qd * drive.brush_damping
-        torque[i] = tau - max(min(f, drive.friction), -drive.friction)
+        # The load presses the teeth together: it adds to F and to the brush's stiffness.
+        load = drive.load_friction * abs(tau)
+        f = bend * (drive.brush_stiffness + load / BRUSH_REACH) + qd * drive.brush_damping
+        torque[i] = tau - max(min(f, drive.friction + load), -drive.friction - load)
 
 
 @compiled

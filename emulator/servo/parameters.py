@@ -81,6 +81,8 @@ class ServoParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     backlash: Backlash = Backlash()
     dry_friction: NotNegative = 0.0
     """Dry friction of each joint, N m."""
+    load_friction: Fraction = 0.0
+    """Dry friction of each gear over the torque that it passes on."""
     brake: Fraction = 0.0
     """Fraction of the stall torque up to which the short-circuited motor brakes at stiffness 0; none below
     0."""

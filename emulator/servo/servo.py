@@ -18,6 +18,7 @@ With |tau| at the limit the motor is driven back by its load. Without stiffness 
 Dry friction of the gear is a brush that bends before it slides:
 
     f = -clip(k (q - a) + d qd, -F, F),   the foot a of the brush dragged along at |q - a| = F / k
+    F = dry_friction + load_friction |tau|
 
 Within the brush's reach a joint sticks like a spring, beyond it the friction is Coulomb's. PyBullet's own
 velocity motors would hold it without that millirad of deflection, but on every joint they make a physics step
@@ -284,7 +285,7 @@ class Servo:
         # implicit Euler for both lines: tau = ((1 + r) x - r x_before) * spring, x before the motor gives way
         drives["memory"] = memory = parameters.gear_relaxation / self._step
         drives["spring"] = 1.0 / (parameters.gear_compliance + (1.0 + memory) * drives["droop"])
-        drives["friction"] = parameters.dry_friction
+        drives["friction"], drives["load_friction"] = parameters.dry_friction, parameters.load_friction
         drives["brush_stiffness"] = stiffness = parameters.dry_friction / BRUSH_REACH
         # half critical for the rotor
         drives["brush_damping"] = np.sqrt(stiffness * self.drives.rotor_inertia)

@@ -159,6 +159,14 @@ def test_friction_holds_what_is_below_it() -> None:
     assert abs(speed) < 1e-6
 
 
+@pytest.mark.parametrize("speed", [0.05, -0.05])
+def test_friction_of_the_load_is_a_share_of_the_torque_that_the_gear_passes_on(speed: float) -> None:
+    passed, at_the_joint = (
+        hold(knee(ServoParameters(load_friction=share)), 0.49, speed) for share in (0.0, 0.3)
+    )
+    assert at_the_joint == pytest.approx(passed - math.copysign(0.3 * abs(passed), speed), rel=1e-6)
+
+
 def test_friction_only_takes_energy() -> None:
     gear = limp(0.05)
     work = 0.0
