@@ -11,7 +11,7 @@ import json
 import re
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from ipaddress import ip_address
 from typing import Any, Final, NamedTuple
 
@@ -371,12 +371,16 @@ def robots(session: zenoh.Session) -> list[str]:
     """Ids of the robots of a link, `nao2` before `nao10`."""
     replies = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_ROBOTS_TIMEOUT)
     names = {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
-    return sorted(names, key=_by_number)
+    return in_order(names)
 
 
-def _by_number(name: str) -> list[tuple[int, str]]:
-    """Key to sort names by; digits count as numbers."""
-    return [(int(part or 0), "") if i % 2 else (0, part) for i, part in enumerate(re.split(r"(\d+)", name))]
+def in_order(names: Iterable[str]) -> list[str]:
+    """Names by the alphabet, digits as numbers: `nao2` before `nao10`."""
+
+    def key(name: str) -> list[tuple[int, str]]:
+        return [(int(part or 0), "") if i % 2 else (0, part) for i, part in enumerate(re.split(r"(\d+)", name))]
+
+    return sorted(names, key=key)
 
 
 def other_robots(session: zenoh.Session, robot: str) -> str:

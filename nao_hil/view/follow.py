@@ -21,6 +21,7 @@ import numpy as np
 from bridge.body import BODIES, body_of
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import DEFAULT_ROBOT
+from bridge.link.session import in_order
 from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.frames import ELEMENTS
 from bridge.messages.guard import GuardStatus
@@ -37,7 +38,7 @@ from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
-from nao_hil.view.live import Commands, LinkRobot, LinkRobots, Subscriber, link_order, stop_all
+from nao_hil.view.live import Commands, LinkRobot, LinkRobots, Subscriber, stop_all
 from nao_hil.view.orders import (
     Choose,
     Driving,
@@ -173,7 +174,7 @@ class LiveRun:
             prints, symptoms, diagnosis = list(self._prints), list(self._symptoms), self.diagnosis
         subtitle = f"{self.info.body}, {self.info.side}, {self.info.mode}"
         events = events_json(symptoms, diagnosis)
-        names = link_order([name, *self.others])
+        names = in_order([name, *self.others])
         return self.rows.pack(
             table, prints, title=self._title, subtitle=subtitle, name=name, names=names, live=header, **events
         )

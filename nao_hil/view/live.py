@@ -17,7 +17,7 @@ from bridge.link import keys
 from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask
-from bridge.link.session import open_client, subscribe, try_client
+from bridge.link.session import in_order, open_client, robots, subscribe, try_client
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode, encode
 from bridge.messages.guard import GuardStatus, StopRequest
 from bridge.messages.topics import TOPICS, Message
@@ -88,11 +88,6 @@ class LinkRobot(NamedTuple):
             return None
 
 
-def link_order(names: Iterable[str]) -> list[str]:
-    """Ids of robots in the order `nao1`, `nao2`, ..., `nao10`."""
-    return sorted(names, key=lambda name: (len(name), name))
-
-
 class LinkRobots:
     """The robots of a link, by their names, each with its newest ground truth.
 
@@ -119,17 +114,12 @@ class LinkRobots:
             if self._session is None:
                 self._session = try_client(self._endpoint)
             if self._session is not None:
-                names = self._names(self._session)
+                names = robots(self._session)
                 known = {name: robot for name, robot in self.found.items() if name in names}
                 new = {name: self._meet(self._session, name) for name in names if name not in known}
                 known |= {name: robot for name, robot in new.items() if robot is not None}
                 self.found = {name: known[name] for name in names if name in known}
             return self.found
-
-    @staticmethod
-    def _names(session: zenoh.Session) -> list[str]:
-        replies = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=ANSWER_TIMEOUT)
-        return link_order({str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None})
 
     def _meet(self, session: zenoh.Session, name: str) -> LinkRobot | None:
         """A robot that is new; None: it does not say what it is."""
@@ -181,7 +171,7 @@ def stop_all(names: Iterable[str], connect: str) -> str:
     if failed or not waiting:
         reasons = "; ".join(f"`{name}`: {error}" for name, error in failed.items()) or "no robot is there"
         raise LinkError(f"The EMERGENCY STOP DID NOT REACH ALL ROBOTS ({reasons}). Stop them by hand.")
-    return " ".join(f"{name}: {waiting[name].result()}" for name in link_order(waiting))
+    return " ".join(f"{name}: {waiting[name].result()}" for name in in_order(waiting))
 
 
 class _Client(Protocol):

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from bridge.link.session import in_order
 from nao_hil.runs.folder import RECORDING
-from nao_hil.view.live import link_order
 
 SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "compare.js", "live.js", "video.js", "player.js")
 WEB: Final = Path(__file__).parent / "web"
@@ -45,7 +45,7 @@ def page(
 
 def world_recordings(folder: Path) -> dict[str, Path]:
     """Recordings of the robots of a world by their names, where the folder of its run holds such."""
-    names = link_order(file.parent.name for file in folder.glob(f"*/{RECORDING}"))
+    names = in_order(file.parent.name for file in folder.glob(f"*/{RECORDING}"))
     return {name: folder / name / RECORDING for name in names}
 
 

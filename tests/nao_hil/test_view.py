@@ -554,13 +554,13 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
 
 def test_a_recorded_world_holds_a_run_of_each_robot_with_the_others_in_it(tmp_path: Path) -> None:
     last = record_world(tmp_path, 30)
-    assert list(world_recordings(tmp_path)) == ["red", "blue"]
+    assert list(world_recordings(tmp_path)) == ["blue", "red"]
     html, _ = world_page(world_recordings(tmp_path), "blue")
     texts = re.findall(r'<script type="application/octet-stream">(.*?)</script>', html)
     runs = [unpacked(base64.b64decode(text)) for text in texts]
     assert [header["name"] for header, _ in runs] == ["blue", "red"]  # the chosen one is shown first
     for (header, tables), other in zip(runs, ("red", "blue"), strict=True):
-        assert header["names"] == ["red", "blue"]
+        assert header["names"] == ["blue", "red"]
         (drawn,) = header["others"]  # type: ignore[misc, attr-defined]
         assert drawn["name"] == other
         np.testing.assert_allclose(tables["others"][-1, :3], last[other].torso_position, atol=2e-3)

@@ -55,7 +55,8 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         guards = {name: opened.enter_context(GuardClient(name, endpoint)) for name in ("red", "blue")}
         chooser = page.get_by_label("robot that is shown and gets the orders")
         until(lambda: chooser.locator("option").count() == 2, "both robots")
-        assert chooser.input_value() == "red"
+        assert chooser.input_value() == "blue"
+        chooser.select_option("red")
         until(lambda: page.evaluate(OTHERS), "the other robot")
         ((name, torso, numbers),) = page.evaluate(OTHERS)
         assert name == "blue" and numbers > 3 * 20
