@@ -19,10 +19,12 @@ from tests.bench import (
     naoqi,
     page,
     pictures,
+    round_trip,
     servos,
 )
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
+    "round-trip": round_trip.measure,
     "cycles": cycles.measure,
     "batch": batch.measure,
     "servos": servos.measure,
