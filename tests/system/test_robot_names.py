@@ -101,7 +101,7 @@ def test_each_robot_has_a_lola_socket(start: Start, pair: str, tmp_path: Path) -
 
 def test_each_robot_has_a_port_of_naoqi(start: Start, pair: str) -> None:
     qi = pytest.importorskip("qi")
-    port = next(port for port in iter(free_port, None) if free(port + 1))
+    port = until(two_free_ports, "two ports")
     url = f"tcp://127.0.0.1:{port}"
     served = start("serve", "naoqi", "--all", "--listen", url, "--connect", pair, "--json")
     until(lambda: words(served.stderr).count("is served at") == 2, "both servers")
@@ -118,11 +118,12 @@ def test_each_robot_has_a_port_of_naoqi(start: Start, pair: str) -> None:
     assert all(result["calls"] > 0 for result in served.result["robots"].values())
 
 
-def free(port: int) -> bool:
+def two_free_ports() -> int:
+    """The first one of two; 0: the second one is taken."""
     with socket.socket() as probe, contextlib.suppress(OSError):
-        probe.bind(("127.0.0.1", port))
-        return True
-    return False
+        probe.bind(("127.0.0.1", (port := free_port()) + 1))
+        return port
+    return 0
 
 
 def test_each_robot_has_a_namespace_of_ros(start: Start, pair: str) -> None:
