@@ -21,6 +21,7 @@ from walker.gaits.plan import NO_FEEDBACK, Feedback, Plan, SolePose
 from walker.mechanisms.capture_step import CaptureEstimator, LandedFootEstimator
 from walker.mechanisms.foothold_feedback import DeviationEstimator
 from walker.mechanisms.hold import HeadingError, VelocityHold
+from walker.mechanisms.slip import SlipDetector
 from walker.mechanisms.tipping import TippingDetector
 from walker.parameters import ControllerParameters
 
@@ -125,6 +126,7 @@ class Monitor:
         self._heading_error = HeadingError(latency, cycle) if on.heading_hold else None
         self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
         self._tipping = TippingDetector(parameters.tipping) if on.step_hold else None
+        self._slip = SlipDetector(parameters.slip, base) if on.slip else None
 
     def update(
         self,
@@ -168,6 +170,9 @@ class Monitor:
             feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
         if self._tipping is not None:
             feedback = self._tipping.update(feedback, plan, dt)
+        if self._slip is not None:
+            self._slip.update(frame, lean, plan, dt)
+            feedback = feedback._replace(pace=self._slip.pace)
         return Estimate(base, contacts, zmp, fall, ground, self._delay.mean, self._delay.gap, feedback)
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:

@@ -228,6 +228,8 @@ class Feedback(NamedTuple):
     """Correction of the command for walking at the commanded velocity, forward and to the left, m/s."""
     extend_step: bool = False
     """The step under way must not end: the robot is on the outer edge of its stance foot."""
+    pace: float = 1.0
+    """Share of the commanded velocity that the floor is trusted with, 0..1."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
     landed: LandedFoot | None = None

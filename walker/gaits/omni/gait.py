@@ -315,7 +315,9 @@ def _begin_step(g: Constants, x: OmniState, u: GaitCommand) -> OmniState:
     p, number, last = g.p, x.step + 1, u.last_step or math.inf
     velocity = rate_limited_velocity(p, x.velocity, REST)
     if u.walk:
-        wanted = rate_limited_velocity(p, x.velocity, p.clipped(u.velocity or p.velocity))
+        forward, left, turn = p.clipped(u.velocity or p.velocity)
+        pace = u.feedback.pace
+        wanted = rate_limited_velocity(p, x.velocity, (pace * forward, pace * left, pace * turn))
         if number + steps_to_rest(p, wanted) <= last - (wanted == REST):
             velocity = wanted
     closing = velocity == REST and (not u.walk or number >= last)
