@@ -90,6 +90,7 @@ COLUMNS: Final[dict[type[Any], dict[str, Column]]] = {
         "ankle_pitch": Column("rad", elements=_FEET),
         "torso_control": Column("rad", elements=_FEET),
         "fall_cause": Column(),
+        "failure": Column(),
     },
     Notice: {"seq": Column(), "level": Column(), "code": Column(), "text": Column()},
 }
