@@ -1,1 +1,1 @@
-"""The robot that isn't there: PyBullet physics under an emulated NAO DCM."""
+"""The robot that isn't there: physics under an emulated NAO DCM."""

@@ -450,7 +450,8 @@ class Controller:
             self._restart_walk(planner, None, blend=state)
         else:
             approach = walk.stabilizer.holding if lies else lambda _: held
-            self._restart_walk(planner, approach, forget=fell)
+            # estimates are made with the numbers of their gait
+            self._restart_walk(planner, approach, forget=fell or walk.parameters != before.parameters)
 
     def _begin_capture_step(self, _: SensorFrame) -> None:
         """Make a capture step, then stand again."""

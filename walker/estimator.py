@@ -1,7 +1,8 @@
 """The state of the robot's floating base, by its sensors: the one place where a filter makes it.
 
-Everything that reads a measured state reads `BaseState`. Another estimator, such as a Kalman filter, has the
-constructor and the two methods of `Estimator`, and replaces this file.
+Another estimator, such as a Kalman filter, has the constructor, the two methods and the attribute `state` of
+`Estimator`. `walker/estimation/fall.py` and the mechanisms that answer a push estimate the velocity of the mass
+themselves.
 """
 
 from __future__ import annotations

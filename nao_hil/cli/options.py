@@ -87,7 +87,12 @@ Wear = Annotated[
 
 Engine = Annotated[
     str | None,
-    _choice("--engine", "Physics; default: PyBullet where it is installed, else MuJoCo.", "pybullet", "mujoco"),
+    _choice(
+        "--engine",
+        "Physics; default: PyBullet where it is installed, else MuJoCo.",
+        metavar="pybullet|mujoco",
+        of="emulator.engine.catalogue:ENGINES",
+    ),
 ]
 
 

@@ -19,6 +19,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from emulator.engine.catalogue import ENGINES
+
 ROOT: Final = Path(__file__).parents[2]
 IN_PROCESS: Final = (
     "bridge",
@@ -32,7 +34,7 @@ IN_PROCESS: Final = (
 """Sources and data of a walk in process. Nothing in them imports another part of nao_hil (import-linter)."""
 PROCESSES: Final = ("bridge", "emulator", "walker", "nao_hil")
 """Sources and data of walks that are started as `nao-hil` commands."""
-LIBRARIES: Final = ("numpy", "scipy", "numba", "pybullet", "mujoco", "msgspec", "onnxruntime")
+LIBRARIES: Final = ("numpy", "scipy", "numba", *ENGINES, "msgspec", "onnxruntime")
 """Packages whose version may change a number."""
 
 
@@ -73,7 +75,7 @@ def library_versions() -> tuple[tuple[str, str], ...]:
 
 
 def _version(package: str) -> str:
-    """An engine may be missing where the other is."""
+    """Version of a package; an engine may be missing."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -20,6 +20,7 @@ from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.foxglove import RobotScene
 from bridge.recording.recorder import later_file
+from emulator.engine.catalogue import ENGINES
 from emulator.scenarios import Scenario, load_scenario
 from emulator.wear import load_wear
 from nao_hil.files import write_bytes, write_text
@@ -40,7 +41,7 @@ _LOADERS: Final[dict[str, Callable[[str], msgspec.Struct]]] = {
     "scenario": load_scenario,
 }
 """Loaders of `FILES`."""
-PACKAGES: Final = ("nao-hil", "pybullet", "mujoco", "numba", "numpy", "scipy", "eclipse-zenoh", "msgspec")
+PACKAGES: Final = ("nao-hil", *ENGINES, "numba", "numpy", "scipy", "eclipse-zenoh", "msgspec")
 
 
 def recording_of(run: Path) -> Path:

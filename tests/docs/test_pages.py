@@ -129,7 +129,6 @@ EXPECTED = {
         r"[LR]KneePitch differs most",
     ],
     "add-a-gait.md": [r"squat", r"The robot stands.*steps +│ 2 ", r"joints\.png"],
-    "replace-the-estimator.md": [r"The robot stands.*steps +│ 6 "],
     "gymnasium.md": [],
     "export.md": [r"peak [12]\.\d\d of the final value, natural frequency [789]\.\d+ rad/s"],
     "add-an-experiment.md": [r"upright", r"upright: confirmed", r"report\.html"],
