@@ -100,17 +100,17 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
     began = time.monotonic()
     with (
         ControllerLink("nao2", endpoint) as link,
-        pytest.raises(LinkError, match=r"no robot `nao2`.*there is `nao`"),
+        pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
     ):
         link.wait_robot(timeout=TIMEOUT)
     with (
         GuardClient("nao2", endpoint) as guard,
-        pytest.raises(LinkError, match=r"no robot `nao2`.*there is `nao`"),
+        pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
     ):
         guard.stop()
     with (
         WalkClient("nao2", endpoint) as walker,
-        pytest.raises(LinkError, match=r"no robot `nao2`.*there is `nao`"),
+        pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
     ):
         walker.status()
     assert time.monotonic() - began < 5.0

@@ -20,6 +20,9 @@ from bridge.errors import NaoHilError, WalkRefused
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry, decode, encode
 from bridge.messages.walk import WalkCommand, WalkStatus
 from emulator.robot import EmulatedRobot
+from emulator.scenarios.events import PushEvent
+from emulator.scenarios.model import Scenario
+from emulator.wear import load_wear
 from tests.walker.test_controller import frame
 from walker.service import WalkService
 
@@ -333,6 +336,25 @@ def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word(
     ahead = [0.5 * (t.left[0] + t.right[0]) for t in served.telemetry]
     assert max(ahead) > 0.05
     assert ahead[-1] < max(ahead) - 0.05
+
+
+def test_a_walker_of_one_gait_that_walks_by_another_stands_pushes_as_that_one() -> None:
+    """2.4 N s straight ahead, more than a foot bears: the answer is a capture step, which `static` has not."""
+    scenario = Scenario(pushes=(PushEvent(time=10.5, impulse=2.4, direction=0.0),))
+    stood = 0
+    for seed in (1, 2, 3):
+        with EmulatedRobot(
+            BODY, seed=seed, engine="mujoco", wear=load_wear("nominal"), scenario=scenario
+        ) as robot:
+            served = Served(robot, gait="static")
+            served.until("stand")
+            served.ask(op="walk", gait="omni", distance=0.1)
+            served.run(300)
+            served.until("stand")
+            served.run(max(0, int((10.5 - robot.frame.time) / DT)) + 350)
+            steps = {t.state for t in served.telemetry[-350:]} - {"stand"}
+            stood += bool(steps) and not robot.truth().fell
+    assert stood >= 2
 
 
 def test_a_target_is_walked_to_and_a_distance_goes_along_the_velocity() -> None:
