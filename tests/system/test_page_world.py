@@ -57,7 +57,7 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         until(lambda: chooser.locator("option").count() == 2, "both robots")
         assert chooser.input_value() == "blue"
         chooser.select_option("red")
-        until(lambda: page.evaluate(OTHERS), "the other robot")
+        until(lambda: [each[0] for each in page.evaluate(OTHERS)] == ["blue"], "the other robot")
         ((name, torso, numbers),) = page.evaluate(OTHERS)
         assert name == "blue" and numbers > 3 * 20
         assert torso[:2] == pytest.approx([0.9, 0.4], abs=0.05) and 0.2 < torso[2] < 0.4
