@@ -24,6 +24,8 @@ INFO = info_of_robot()
 ZEROS = (0.0,) * 25
 SENSORS = standing_frame()
 COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)
+LEASE_STATUS = encode(LeaseRequest(op="status", controller="thief"))
+"""A question that the robot answers to all whose query reaches it."""
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +87,7 @@ def test_a_listener_hears_all_and_commands_nothing(
     robot.publish(Notice(seq=0, level="info", code="test", text="A test."))
     until(lambda: "nao/nao/notices" in heard, "a notice")
     assert ask(listener, keys.INFO) == encode(INFO)
-    acquire = encode(LeaseRequest(op="acquire", controller="thief"))
-    assert ask(listener, keys.LEASE, acquire, timeout=0.5) is None
+    assert ask(listener, keys.LEASE, LEASE_STATUS, timeout=0.5) is None
     assert ask(listener, "world/command", timeout=0.5) is None
     token = listener.liveliness().declare_token("nao/nao/alive/robot")
     for _ in range(20):
@@ -119,8 +120,7 @@ def test_a_world_operator_touches_the_world_and_does_not_command(
 ) -> None:
     operator = session("world")
     assert ask(operator, "world/command") == b"done"
-    acquire = encode(LeaseRequest(op="acquire", controller="thief"))
-    assert ask(operator, keys.LEASE, acquire, timeout=0.5) is None
+    assert ask(operator, keys.LEASE, LEASE_STATUS, timeout=0.5) is None
     assert robot.holder is None
 
 
