@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol, get_args
 
 from bridge.body import Body
 from bridge.errors import ConfigurationError, FrameError
@@ -26,6 +26,7 @@ from bridge.messages.world import THING_HEIGHT, THING_SIZES, SolidShape, ThingKi
 from bridge.messages.world_state import Terrain, WorldThing
 from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
+from bridge.validation import unknown_name
 from emulator.engine.base import Engine, Multibody, Thing
 from emulator.engine.values import Ball, BodyState, Box, Pole, Solid, Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
@@ -63,6 +64,8 @@ def solid(shape: SolidShape, size: Vec3, mass: float, friction: float | None) ->
     Raises:
         FrameError: no ball or pole fits the box, or a ball without mass.
     """
+    if shape not in (known := get_args(SolidShape)):
+        raise FrameError(unknown_name("shape", shape, known))
     x, y, z = size
     if shape == "box":
         return Box(size, mass, friction)

@@ -68,9 +68,12 @@ def serve_lola(
     if every:
         mark = OPEN_MARK if socket.endswith(OPEN_MARK) else ""
         ids = ["--body-id", body_id, "--head-id", head_id, *_priority(realtime_priority)]
-        return for_every_robot(
-            connect, lambda i, robot: ["serve", "lola", "--socket", f"{address.of(i, robot)}{mark}", *ids]
-        )
+
+        def each(i: int, robot: str) -> tuple[str, list[str]]:
+            place = f"{address.of(i, robot)}{mark}"
+            return place, ["serve", "lola", "--socket", place, *ids]
+
+        return for_every_robot(connect, name, each)
     log_to_stderr()
     stop = stop_event()
     priority = CONTROLLER_PRIORITY if realtime_priority else None
@@ -194,11 +197,12 @@ def serve_naoqi(
         host, port = check_url(url)
         mark = OPEN_MARK if given.endswith(OPEN_MARK) else ""
 
-        def arguments(i: int, robot: str) -> list[str]:
-            place = ["--listen", f"tcp://{host}:{port + i}{mark}", "--home", str(home / robot)]
-            return ["serve", "naoqi", *place, "--gait", gait, *_priority(realtime_priority)]
+        def each(i: int, robot: str) -> tuple[str, list[str]]:
+            place = f"tcp://{host}:{port + i}{mark}"
+            words = ["--listen", place, "--home", str(home / robot), "--gait", gait]
+            return place, ["serve", "naoqi", *words, *_priority(realtime_priority)]
 
-        return for_every_robot(connect, arguments)
+        return for_every_robot(connect, name, each)
     require_free(url)  # before the link is opened: nothing has to be ended
     log_to_stderr()
     stop = threading.Event()

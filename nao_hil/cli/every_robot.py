@@ -10,7 +10,8 @@ from typing import Annotated, Final
 
 import typer
 
-from bridge.errors import LinkError, RobotSilent
+from bridge.errors import ConfigurationError, LinkError, RobotSilent
+from bridge.link import DEFAULT_ROBOT
 from bridge.link.client import link_robots
 from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.signals import stop_event
@@ -27,26 +28,34 @@ _GRACE: Final = 10.0
 """s that a process has to end by itself."""
 
 
-def for_every_robot(connect: str, arguments: Callable[[int, str], list[str]]) -> Answer | int:
+def for_every_robot(
+    connect: str, name: str, arguments: Callable[[int, str], tuple[str, list[str]]]
+) -> Answer | int:
     """Run a command for each robot of a link until a signal comes.
 
     Args:
         connect: Zenoh endpoint of the link; waits until robots are there.
-        arguments: Of the command, by the robot's number from 0 and its id; `--name`, `--connect` and `--json`
-            are added.
+        name: Of --name, which all robots leave no room for.
+        arguments: Place of a robot, and arguments of its command, by its number from 0 and its id; `--name`,
+            `--connect` and `--json` are added.
 
     Raises:
+        ConfigurationError: a name was given.
         LinkError: one of the processes ended by itself; the others are ended then.
     """
+    if name != DEFAULT_ROBOT:
+        raise ConfigurationError(f"--all serves every robot, --name {name} one: leave one of them out.")
     stop = stop_event()
     names = _all_robots(connect, stop)
     if stop.is_set():
         return 130
     with tempfile.TemporaryDirectory(prefix="nao-hil-") as folder:
-        children = [
-            Child(name, [*arguments(i, name), "--name", name, "--connect", connect, "--json"], Path(folder))
-            for i, name in enumerate(names)
-        ]
+        children = []
+        for i, robot in enumerate(names):
+            place, words = arguments(i, robot)
+            open_console().print(f"{robot}: {place}", highlight=False, soft_wrap=True)
+            command = [*words, "--name", robot, "--connect", connect, "--json"]
+            children.append(Child(robot, command, Path(folder)))
         shown = dict.fromkeys(names, 0)
         while not stop.wait(_LOOK) and all(child.running for child in children):
             _show(children, shown)

@@ -54,7 +54,7 @@ def ros(
     if every:
         shared = ["ros", "--domain", str(domain), "--distro", distro, "--picture-rate", str(picture_rate)]
         shared += ["--router", router] if router else []
-        return for_every_robot(connect, lambda _, __: shared)
+        return for_every_robot(connect, name, lambda _, robot: (f"/{robot}", shared))
     try:
         from bridge.adapters.ros.bridge import RosBridge
         from bridge.adapters.ros.wire import RosNode

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 import msgspec
 
 from bridge.config import load_toml
+from bridge.errors import ConfigurationError
 from bridge.messages.frames import Name
 from bridge.types import Bounded, Count, Vec3
 from nao_hil.runs.config import RunConfig, run_config
@@ -57,9 +58,11 @@ def members(settings: RunConfig, name: str, number: int, file: Path | None) -> l
         file: Lists the robots; None: `number` like ones.
 
     Raises:
-        ConfigurationError: no such file, an unknown key or a wrong value in it.
+        ConfigurationError: no such file, an unknown key or a wrong value in it; a file and a number.
     """
     if file is not None:
+        if number != 1:
+            raise ConfigurationError("The file of --world lists its robots; leave out --robots.")
         return [_member(settings, robot) for robot in load_toml(file, WorldFile).robots]
     if number == 1:
         return [Member(name, settings, None)]

@@ -201,6 +201,9 @@ def test_a_second_controller_is_refused_and_told_who_holds_the_robot(
         with pytest.raises(LeaseRefused, match="`walker`"):
             second.acquire()
         second.send(command(1))
+    controller.lease += 1  # the holder's own seal, and the number of no lease
+    controller.send(command(1))
+    controller.lease -= 1
     controller.send(command(2))
     assert next_command(robot).reply_to == 2
     assert robot.holder is not None

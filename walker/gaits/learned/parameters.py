@@ -198,6 +198,10 @@ class LearnedParameters(
             raise ValueError("a policy has one [[observation]] and one joint of an [[action]] at least")
         if twice := sorted({joint for joint in outputs if outputs.count(joint) > 1}):
             raise ValueError(f"two actions turn {', '.join(twice)}")
+        if self.clip is not None and self.clip[0] >= self.clip[1]:
+            raise ValueError(
+                f"clip begins at {self.clip[0]:g} and ends at {self.clip[1]:g}; the lower bound is first"
+            )
         for each in self.observation:
             each._check(self.size(each), each.term)
 
