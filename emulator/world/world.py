@@ -208,7 +208,7 @@ class World:
         for name, thing in things.items():
             if self.engine.overlap(robot.multibody, thing) > _OVERLAP:
                 raise ConfigurationError(
-                    f"{name} stands inside {robot.body.name} at its start; give one of them another place."
+                    f"{name} stands inside robot `{robot.name}` at its start; give one of them another place."
                 )
 
     def start(self) -> None:

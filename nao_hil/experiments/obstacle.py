@@ -169,33 +169,38 @@ def obstacle(duration: float = DURATION, time: float = TIME) -> Experiment[Compa
         conditions=conditions,
         quantities=quantities,
         claims=lambda measured: _claims(measured.figures, duration),
-        pictures=(
-            Drawing(
-                "obstacle-4.1.png",
-                functools.partial(_draw_force, time=time),
-                "Figure 4.1: contact force on the right foot",
-                f"{_NOTE} Sum of the right foot's four sensors; phases green: 0 DSL, 5 SSL, 10 DSR, 15 SSR.",
-                (9.0, 7.0),
-            ),
-            Drawing(
-                "obstacle-4.2.png",
-                lambda figure, measured: axes.pitch_and_roll(figure, *_shown(measured)),
-                "Figure 4.2: pitch of the torso, and its roll",
-                f"{_NOTE} True angles, positive nose down and to the right.",
-                axes.TALL,
-            ),
-            Drawing(
-                "obstacle-4.8.png",
-                _draw_feet,
-                "Figure 4.8: trajectories of the feet with the leg admittance",
-                "Seed {seed}; ankles in the frames of their hips as requested, left solid, right dash-dotted; "
-                "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
-            ),
-        ),
+        pictures=_pictures(time),
     )
 
 
 _NOTE: Final = "Seed {seed}; blue without, red with the leg admittance."
+
+
+def _pictures(time: float) -> tuple[Drawing, ...]:
+    """The thesis' figures; `time` of the board, s."""
+    return (
+        Drawing(
+            "obstacle-4.1.png",
+            functools.partial(_draw_force, time=time),
+            "Figure 4.1: contact force on the right foot",
+            f"{_NOTE} Sum of the right foot's four sensors; phases green: 0 DSL, 5 SSL, 10 DSR, 15 SSR.",
+            (9.0, 7.0),
+        ),
+        Drawing(
+            "obstacle-4.2.png",
+            lambda figure, measured: axes.pitch_and_roll(figure, *_shown(measured)),
+            "Figure 4.2: pitch of the torso, and its roll",
+            f"{_NOTE} True angles, positive nose down and to the right.",
+            axes.TALL,
+        ),
+        Drawing(
+            "obstacle-4.8.png",
+            _draw_feet,
+            "Figure 4.8: trajectories of the feet with the leg admittance",
+            "Seed {seed}; ankles in the frames of their hips as requested, left solid, right dash-dotted; "
+            "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
+        ),
+    )
 
 
 def _claims(found: dict[str, Any], duration: float) -> list[Claim]:

@@ -213,7 +213,7 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> Non
 def test_a_scenario_with_a_box_in_the_robot_at_its_start_is_refused(
     start: Start, box: PlacedBox, physics: str
 ) -> None:
-    with pytest.raises(ConfigurationError, match=r"Object `crate` of the scenario stands inside nao-v3"):
+    with pytest.raises(ConfigurationError, match=r"Object `crate` of the scenario stands inside robot `nao`"):
         EmulatedRobot(BODY, engine=physics, seed=0, scenario=Scenario(start=start, boxes=(box,)))
 
 

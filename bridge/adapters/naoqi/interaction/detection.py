@@ -264,6 +264,7 @@ class Faces(Detection):
         """Learn the one visible face; false: there are none or several for `LEARN_TIME`."""
 
         def task() -> MotionTask:
+            """Wait until one face is seen alone."""
             end = self._now() + LEARN_TIME
             while len(faces := list(self._scene.sightings("face", self._camera))) != 1:
                 if self._now() >= end:
