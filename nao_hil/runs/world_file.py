@@ -38,6 +38,12 @@ class WorldFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     robots: Annotated[tuple[WorldRobot, ...], msgspec.Meta(min_length=1)]
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for two robots of one name."""
+        names = [robot.name for robot in self.robots]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"two robots are called `{twice[0]}`; give each a name of its own")
+
 
 class Member(NamedTuple):
     """A robot to be built into a world."""
