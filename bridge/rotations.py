@@ -7,12 +7,11 @@ together they are R_yaw R_pitch R_roll (Prenner 2011, 2.4), as the robot's Angle
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bridge.types import Array, Matrix3, Quaternion, Vec2, Vec3
+from bridge.types import Array, Matrix3, Quaternion, Vec3
 
 
 def R_yaw(phi: float) -> Array:
@@ -77,30 +76,6 @@ def angles(R: Array) -> Vec3:
     """Roll, pitch and yaw of a rotation matrix or a homogeneous transform, rad; the inverse of `rotation`."""
     pitch = math.asin(min(1.0, max(-1.0, -float(R[2, 0]))))
     return math.atan2(R[2, 1], R[2, 2]), pitch, heading(R)
-
-
-def planar_point(frame: Vec3, point: Sequence[float]) -> Vec2:
-    """Transform a point of a planar frame to the coordinates of the frame's own pose.
-
-    Args:
-        frame: origin, m, and yaw, rad, of the frame.
-        point: x and y in the frame, m; further elements are not read.
-    """
-    x, y, phi = frame
-    c, s = math.cos(phi), math.sin(phi)
-    return x + c * point[0] - s * point[1], y + s * point[0] + c * point[1]
-
-
-def planar_local(frame: Vec3, point: Sequence[float]) -> Vec2:
-    """A point in the plane in the coordinates of a frame: the inverse of `planar_point`.
-
-    Args:
-        frame: origin, m, and yaw, rad, of the frame.
-        point: x and y in the coordinates that the frame's own pose is given in, m; further elements are not
-            read.
-    """
-    x, y, phi = frame
-    return planar_point((0.0, 0.0, -phi), (point[0] - x, point[1] - y))
 
 
 def matrix(quaternion: ArrayLike) -> Array:

@@ -65,28 +65,39 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
         known: all names that exist; the nearest one is suggested.
     """
     known = sorted(map(str, known))
-    return f"unknown {kind} {name!r}{_suggestion(name, known)}; known: {', '.join(known) or 'none'}"
+    return f"unknown {kind} {name!r}{suggestion(name, known)}; known: {', '.join(known) or 'none'}"
 
 
-def _suggestion(name: str, known: Iterable[str]) -> str:
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Clause that names the nearest of some names; empty: none is near."""
     folded = {k.casefold(): k for k in known}
-    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(str(name).casefold(), folded, n=1, cutoff=0.6)
     return f" (did you mean {folded[near[0]]!r}?)" if near else ""
 
 
 _WORDS: Final = (
     # A bound of this size only keeps infinities out.
     (re.compile(r"`float` [<>]= -?(?:\d{20,}\.0|\d[.\d]*e\+?\d+)"), "a finite number"),
+    (re.compile(r"`str` matching regex .*0-9a-f.*", re.DOTALL), "64 hexadecimal digits in lower case"),
     (re.compile(r"`str` matching regex .*", re.DOTALL), "1 to 64 letters, digits, `_` or `-`"),
-    (re.compile("`int`"), "a whole number"),
-    (re.compile("`float`"), "a number"),
-    (re.compile("`str`"), "text"),
-    (re.compile("`bool`"), "true or false"),
-    (re.compile("`array`"), "a list"),
-    (re.compile("`object`"), "a table"),
-    (re.compile("`null`"), "nothing"),
 )
-"""Plain words for msgspec's types. The only pattern of the product is that of names."""
+"""Plain words for msgspec's bounds. The only patterns of the product are those of keys and of names."""
+_TYPES: Final = {
+    "int": "a whole number",
+    "float": "a number",
+    "str": "text",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a table",
+    "null": "nothing",
+}
+_UNION: Final = re.compile(rf"`((?:{'|'.join(_TYPES)})(?: \| (?:{'|'.join(_TYPES)}))*)`")
+
+
+def _type_words(union: re.Match[str]) -> str:
+    """Plain words for msgspec's types; that a file may leave a value out is said by none."""
+    names = union[1].split(" | ")
+    return " or ".join(_TYPES[name] for name in names if name != "null" or len(names) == 1)
 
 
 def _convert(value: Any, kind: Any, path: str) -> Any:
@@ -98,6 +109,7 @@ def _convert(value: Any, kind: Any, path: str) -> Any:
         reason = str(error).split(" - at `$")[0]
         for pattern, words in _WORDS:
             reason = pattern.sub(words, reason)
+        reason = _UNION.sub(_type_words, reason)
         if reason.startswith("Expected") and ", got " not in reason and isinstance(value, (int, float)):
             reason = f"{reason}, got {value}"
         raise Invalid(path, reason[:1].lower() + reason[1:]) from error
@@ -134,7 +146,7 @@ def _check_struct(value: dict[str, Any], kind: type[msgspec.Struct], path: str, 
     for key in () if ignore else value:
         if key not in known:
             missing = [k for k in fields if k not in value] or list(fields)
-            hint = _suggestion(str(key), missing) or f"; known keys: {', '.join(fields)}"
+            hint = suggestion(str(key), missing) or f"; known keys: {', '.join(fields) or 'none'}"
             raise Invalid("", f"unknown key {_join(path, key)!r}{hint}")
     for key, field in fields.items():
         if key in value:

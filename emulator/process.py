@@ -13,6 +13,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 from bridge.guard import Guard
 from bridge.host import RobotHost
@@ -20,7 +21,7 @@ from bridge.link import RobotLink
 from bridge.messages import ActuatorFrame, Notice
 from bridge.messages.dcm import COMMANDS
 from bridge.messages.world import WORLD_COMMAND
-from bridge.recording.observer import Observer
+from bridge.recording.observer import DeferredObserver, Observer
 from emulator.queries import DcmQueries, WorldClock, WorldQueries
 from emulator.robot import EmulatedRobot
 from emulator.timing import BoundaryQueue, CycleTimer
@@ -41,7 +42,7 @@ class RobotSide:
         robot: the emulated robot.
         link: open link, robot side.
         guard: between every command and the robot.
-        observers: called in each cycle.
+        observers: called for each cycle, beside the physics of the next one.
         dry_run: the guard's decisions are published, and none reaches the robot.
     """
 
@@ -55,7 +56,8 @@ class RobotSide:
         dry_run: bool = False,
     ) -> None:
         self.robot, self.link = robot, link
-        self.host = RobotHost(link, guard, observers, dry_run=dry_run, emulated=True)
+        self._observers = DeferredObserver(observers)
+        self.host = RobotHost(link, guard, [self._observers], dry_run=dry_run, emulated=True)
         self.answered = False
         """The answer to the present frame is there, in lockstep."""
         self._answer: ActuatorFrame | None = None
@@ -91,7 +93,7 @@ class RobotSide:
     def receive(self, command: ActuatorFrame) -> None:
         """Keep a command that answers the present frame."""
         frame = self.robot.frame
-        if command.reply_to >= frame.seq:  # older ones answer an earlier copy
+        if command.reply_to == frame.seq:  # older ones answer an earlier copy
             # a refused answer counts too: its sender waits for the next frame
             self._answer, self.answered = self.host.admit([command], frame.seq), True
 
@@ -143,6 +145,10 @@ class RobotSide:
         for notice in self.robot.take_notices():
             self.host.emit(notice)
 
+    def observe(self) -> None:
+        """Call the observers for all that has happened."""
+        self._observers.deliver()
+
     def report(self) -> None:
         """Publish the guard's status and the notices between two cycles."""
         self.host.report()
@@ -160,8 +166,11 @@ class WorldProcess:
     def __init__(self, sides: Sequence[RobotSide], stop: threading.Event) -> None:
         self._sides, self._stop = sides, stop
         self._began: float | None = None
+        self._repeated = 0.0
+        """Monotonic time at which the frames of a pause were sent, s."""
         self._commands, self._events = (BoundaryQueue(wake=self._wake) for _ in range(2))
         self._clock = WorldClock()
+        self._observer_thread = ThreadPoolExecutor(1)
         for side in sides:
             side.serve(self._commands, self._events, self._clock)
 
@@ -188,7 +197,8 @@ class WorldProcess:
             self._run_events()
             runs = not self._clock.paused
             if runs:
-                self._world.run_ahead()
+                self._run_ahead()
+            self._observe()
             before = timer.skipped
             timer.wait()
             if runs and timer.skipped - before >= LONG_PAUSE / cycle_time:
@@ -196,7 +206,22 @@ class WorldProcess:
             self._commands.run()
             if runs:
                 self._cycle(lambda side: side.host.supervised)
+        self._end()
+
+    def _run_ahead(self) -> None:
+        """Run the physics ahead, and the observers in another thread: MuJoCo's steps leave Python's lock."""
+        observed = self._observer_thread.submit(self._observe)
+        self._world.run_ahead()
+        observed.result()
+
+    def _end(self) -> None:
+        self._observer_thread.shutdown()
+        self._observe()
         self._clock.end_steps("The robot's process ended.")
+
+    def _observe(self) -> None:
+        for side in self._sides:
+            side.observe()
 
     def _notify_pause(self, seconds: float) -> None:
         text = (
@@ -214,8 +239,9 @@ class WorldProcess:
         while not self._stop.is_set():
             self._run_events()
             self._commands.run()
+            self._observe()
             if self._clock.paused:
-                self._stop.wait(POLL_INTERVAL)
+                self._pause_lockstep()
             elif not self._cycle_if_due():
                 waits = next((side for side in sides if side.awaited), sides[0])
                 command = waits.link.wait_command(RESEND_INTERVAL)
@@ -230,7 +256,16 @@ class WorldProcess:
                 side.receive(last)
         if any(side.answered for side in sides):
             self._cycle_if_due()
-        self._clock.end_steps("The robot's process ended.")
+        self._end()
+
+    def _pause_lockstep(self) -> None:
+        """Wait a moment; controllers that take their robot meanwhile need a frame."""
+        now = time.monotonic()
+        if now > self._repeated + RESEND_INTERVAL:
+            self._repeated = now
+            for side in self._sides:
+                side.send_again()
+        self._stop.wait(POLL_INTERVAL)
 
     def _cycle_if_due(self) -> bool:
         """Run a cycle if there is a reason for it and no answer is awaited; whether it ran."""

@@ -23,6 +23,7 @@ from bridge.messages.world import (
     LayDown,
     Pause,
     Press,
+    ReportGame,
     Reset,
     Resume,
     StandUp,
@@ -238,7 +239,7 @@ class WorldQueries:
             paused=self._clock.stopped,
             floor=robot.world.tilt,
             friction=robot.world.surface.friction,
-            objects=robot.world_events.objects(),
+            objects=robot.world.object_states(),
             things=robot.world.visible_things(),
             faults=robot.faults.names,
         )
@@ -267,6 +268,9 @@ def carry_out(robot: EmulatedRobot, command: WorldCommand) -> str:
     if isinstance(command, Press):
         robot.sensors.touch.press(command.button, float(command.pressed))
         return f"Button {command.button} is {'pressed' if command.pressed else 'released'}."
+    if isinstance(command, ReportGame):
+        robot.world.report_game(command.game)
+        return f"The state of the game is `{command.game.state}`."
     if isinstance(command, StandUp):
         return "The robot was put back on its feet." + _removed_text(robot.stand_up())
     if isinstance(command, LayDown):

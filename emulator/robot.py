@@ -15,11 +15,13 @@ from bridge.dcm import Dcm
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
+from bridge.messages.game import GameReport, RobotGame
 from bridge.types import Closing, Quaternion, Vec3
 from emulator.engine.catalogue import AUTO
 from emulator.engine.settings import SETTINGS, PhysicsSettings
 from emulator.engine.values import NO_CONTACTS
 from emulator.faults import Faults
+from emulator.game import game_lights
 from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
@@ -63,6 +65,7 @@ class EmulatedRobot(Closing):
         name: Of the robot in its world.
         at: Place of the torso on the floor at the start, x and y in m, and its heading, rad; None: the
             scenario's.
+        player: Number of its team, and its own there, in the league's games; None: it plays in none.
         world: Of several robots, in place of `settings`, `engine` and the scenario's ground; who makes it
             calls its `start`.
 
@@ -88,9 +91,10 @@ class EmulatedRobot(Closing):
         start: str | None = None,
         name: str = "nao",
         at: Vec3 | None = None,
+        player: tuple[int, int] | None = None,
         world: World | None = None,
     ) -> None:
-        self.name, self.body = name, body
+        self.name, self.body, self.player = name, body, player
         self._start = start_pose(scenario.start.pose if start is None else start)
         self._seed = seed
         self.posture = start_posture(scenario.start.posture if posture is None else posture)
@@ -123,6 +127,9 @@ class EmulatedRobot(Closing):
         world.require_room(self)
         self._placed_upright = upright(self.multibody.state())
         self._settling = True
+        team, number = self.player or (0, 0)
+        self.game = RobotGame(team=team, player=number)
+        """The league's game by its last report."""
         self._equip()
 
     def _place_at_start(self) -> None:
@@ -314,8 +321,25 @@ class EmulatedRobot(Closing):
         """Ground truth at the present boundary."""
         height = self.world.clearance(self._torso.position) / standing_height(self.body)
         joints, com = self._sampler.angles(self.multibody.position), self.multibody.com()
-        contacts = self.multibody.contacts
-        return truth_frame(self._seq, self.time, self._torso, contacts, joints, com, height, self.dcm.leds)
+        contacts, objects = self.multibody.contacts, self.world.object_states(recorded=True)
+        leds, game = self.dcm.leds, self.game
+        return truth_frame(
+            self._seq, self.time, self._torso, contacts, joints, com, height, leds, objects, game
+        )
+
+    def report_game(self, report: GameReport) -> None:
+        """See `Inhabitant`."""
+        game = report.for_player(*self.player) if self.player is not None else None
+        if game is None:  # of other teams
+            return
+        before, self.game = self.game, game
+        self.dcm.light_unused(game_lights(game))
+        if game.penalty != before.penalty:
+            seconds = f", {game.penalty_seconds} s" if game.penalty_seconds else ""
+            self._notify("game", f"The robot's penalty is `{game.penalty}`{seconds}.")
+        if (game.state, game.set_play, game.score) != (before.state, before.set_play, before.score):
+            set_play = "" if game.set_play == "none" else f", {game.set_play}"
+            self._notify("game", f"The game: {game.state}{set_play}, {game.score[0]} : {game.score[1]}.")
 
     def stand_up(self) -> tuple[str, ...]:
         """Put a lying robot on its feet where it is, held in its start posture with full stiffness.
@@ -404,6 +428,7 @@ def rebuilt(world: World, robots: Sequence[EmulatedRobot]) -> World:
     assert world.again is not None
     world.engine.close()
     new = world.again()
+    new.referee = world.referee
     for robot in robots:
         robot._build(new)
     return new

@@ -17,6 +17,8 @@ from bridge.body import Body
 from bridge.body.fall import FALLEN_TILT
 from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import Contact, SensorFrame, TruthFrame
+from bridge.messages.game import NO_GAME, RobotGame
+from bridge.messages.world_state import WorldObject
 from bridge.types import Array, Vec3
 from emulator.compiled import compiled
 from emulator.engine.values import BodyState, FootLoad, GroundContacts
@@ -170,6 +172,8 @@ def truth_frame(
     com: Vec3,
     height: float,
     leds: tuple[int, ...] = (),
+    objects: tuple[WorldObject, ...] = (),
+    game: RobotGame = NO_GAME,
 ) -> TruthFrame:
     """Ground truth of one boundary.
 
@@ -182,6 +186,8 @@ def truth_frame(
         com: Centre of mass, world frame, m.
         height: Of the torso over the floor, as a fraction of that with the legs straight.
         leds: Brightness of each LED, 0 to 255; empty: all are dark.
+        objects: The movable ones of the world, and fixed ones that came after its start.
+        game: The league's game.
     """
     return TruthFrame(
         seq=seq,
@@ -197,6 +203,8 @@ def truth_frame(
         right=_contact(contacts.feet["R"]),
         fell=bool(contacts.touching) or not upright(torso) or height < FALLEN_HEIGHT,
         leds=leds,
+        objects=objects,
+        game=game,
     )
 
 

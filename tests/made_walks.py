@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,10 +11,16 @@ import numpy as np
 from nao_hil.experiments.context import Context
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.track import WIDTH, Track
-from nao_hil.runs.walk import Ending, Walk, WalkEnd, WalkOutcome
+from nao_hil.runs.run import Table
+from nao_hil.runs.walk import NO_TRACK, Ending, Walk, WalkEnd, WalkOutcome
 
-NO_TRACK = Track(np.zeros((0, WIDTH), dtype=np.float32))
+
+def made_track(columns: Mapping[str, Any]) -> Table:
+    """The track of a made walk: some of its columns, the others zero, and an upright torso."""
+    n = max(len(value) for value in columns.values())
+    zeros: dict[str, Any] = {name: np.zeros((n, *NO_TRACK[name].shape[1:])) for name in NO_TRACK}
+    zeros["world/truth.torso_orientation"][:, 3] = 1.0
+    return Table(zeros | {name: np.asarray(value) for name, value in columns.items()}, NO_TRACK.columns)
 
 
 def walk_end(ending: Ending = "walked", time: float = 60.0, **fields: Any) -> WalkEnd:

@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
+from bridge.adapters.gamecontroller.referee import Referee, Schedule
 from bridge.body import load_body
 from bridge.messages import TruthFrame
 from bridge.recording.recorder import Recorder
@@ -24,12 +25,17 @@ PLACES: Final[dict[str, tuple[str, Vec3]]] = {
 """Body, and place (m, m, rad) of each robot."""
 
 
-def record_world(folder: Path, cycles: int) -> dict[str, TruthFrame]:
+PLAYERS: Final = {"red": (5, 1), "blue": (19, 2)}
+"""Team and number of each robot."""
+
+
+def record_world(folder: Path, cycles: int, game: Schedule | None = None) -> dict[str, TruthFrame]:
     """Record robots that stand, each into its folder, as `nao-hil emulate --world` does.
 
     Args:
         folder: Of the run.
         cycles: How long.
+        game: For a referee; None: there is none.
 
     Returns:
         The last truth of each.
@@ -37,9 +43,12 @@ def record_world(folder: Path, cycles: int) -> dict[str, TruthFrame]:
     scenario = load_scenario("field-small")
     world = build_world("mujoco", SETTINGS, scenario, 0)
     robots = [
-        EmulatedRobot(load_body(body), seed=0, scenario=scenario, name=name, at=at, world=world)
+        EmulatedRobot(
+            load_body(body), seed=0, scenario=scenario, name=name, at=at, player=PLAYERS[name], world=world
+        )
         for name, (body, at) in PLACES.items()
     ]
+    world.referee = None if game is None else Referee(game, sends=False)
     world.start()
     with ExitStack() as opened:
         recorders = []

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 import msgspec
 import numpy as np
 
-from bridge.messages.world import PlaceBox
+from bridge.messages.world import PlaceObject
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
 from emulator.wear.ensemble import wear_of_seed
@@ -95,7 +95,7 @@ def _world(cell: Cell, random: np.random.Generator) -> dict[str, Any]:
     if kind == "plates":
         every = cell.duration / 6
         plates = tuple(
-            PlaceBox(
+            PlaceObject(
                 name=f"plate-{i}",
                 size=(*random.uniform(0.04, 0.20, 2).tolist(), 0.01),
                 at=(0.30, float(random.uniform(-0.08, 0.08))),

@@ -9,9 +9,10 @@ import numpy as np
 import tomli_w
 
 from bridge.body.joints import JOINTS
-from nao_hil.design.imitation.layers import Layer, onnx_file
+from bridge.body.joints import LEGS as LEG_SLOTS
+from tests.imitation.layers import Layer, onnx_file
 
-LEGS: Final = tuple(name for name in JOINTS if name[1:].startswith(("Hip", "Knee", "Ankle")))
+LEGS: Final = tuple(JOINTS[slot] for slot in LEG_SLOTS)
 
 
 def sheet(**changes: Any) -> dict[str, Any]:

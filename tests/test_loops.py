@@ -11,10 +11,10 @@ from tests.loops import repeat_while, until
 
 TESTS = Path(__file__).parent
 TOOLS = {
-    *(file for name in ("bench", "chaos", "measure") for file in (TESTS / name).glob("*.py")),
+    *(file for name in ("bench", "chaos", "imitation", "measure") for file in (TESTS / name).glob("*.py")),
     TESTS / "fuzz" / "campaign.py", TESTS / "proxy.py", TESTS / "emulator" / "abuse.py", Path(__file__),
 }  # fmt: skip
-"""No tests: benchmarks, measurements,
+"""No tests: benchmarks, measurements, the training of the shipped policy,
 chaos and campaign run for as long as they are told to, the proxy as long as its connections; this
 file holds examples."""
 

@@ -17,10 +17,11 @@ from bridge.body.kinematics import FloatingBase
 from bridge.histogram import Percentiles
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
+from bridge.planar import Pose2D
 from bridge.types import Vec3
 from walker.estimation.ground import Corrections
 from walker.estimator import Estimator
-from walker.gaits import Foothold, Gait, Plan
+from walker.gaits import Gait, Plan
 from walker.gaits.learned.gait import LearnedGait
 from walker.gaits.order import Steering, WalkEnd, WalkOrder, WalkPlanner
 from walker.monitor import Estimate, Monitor
@@ -171,12 +172,12 @@ class Controller:
         return self._estimate.delay
 
     @property
-    def odometry_pose(self) -> Foothold:
+    def odometry_pose(self) -> Pose2D:
         """Middle between the feet by the odometry since the first tick."""
         return self._estimator.state.middle
 
     @property
-    def planned_pose(self) -> Foothold:
+    def planned_pose(self) -> Pose2D:
         """Middle between the planned feet since the first tick: the origin of plans, not of the world."""
         return self.plan.middle
 
@@ -238,7 +239,7 @@ class Controller:
             return
         if self._steering is None:
             x, y, turn = order.target
-            goal = Foothold(*self.odometry_pose.point(x, y), self.odometry_pose.yaw + turn)
+            goal = self.odometry_pose.pose(Pose2D(x, y, turn))
             self._steering = Steering(limits, goal, order.share)
             self._walk_end = WalkEnd(self._walk.parameters.latency, self._cycle)
         stop_poses = self._walk_end.update(self.odometry_pose, self.plan)
@@ -436,11 +437,11 @@ class Controller:
         """Begin the ordered walk where the robot is: from its stand, or through the new gait's."""
         assert self._next is not None
         walk, before, state = self._next, self._walk, self._state
-        self._next, self._steering, self.failure = None, None, ""
+        failed, self._next, self._steering, self.failure = self.failure, None, None, ""
         lies = state.name == "fallen"
         fell, self._fell = lies or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
-        same = same and walk.gait.name == before.gait.name
+        same = same and walk.gait.name == before.gait.name and not failed
         if same:  # the corrections found for this ground stay
             walk = replace(walk, stabilizer=before.stabilizer)
         self._walk = walk

@@ -1,44 +1,27 @@
-"""The state of the robot's floating base, by its sensors: the one place where a filter makes it.
+"""The estimator of the robot's state: sensor frames in, `BaseState` out; the one file to replace for another.
 
 Another estimator, such as a Kalman filter, has the constructor, the two methods and the attribute `state` of
-`Estimator`. `walker/estimation/fall.py` and the mechanisms that answer a push estimate the velocity of the mass
-themselves.
+`Estimator` (docs/how-to/replace-the-estimator.md).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final
 
 import numpy as np
 
 from bridge.body.joints import N_JOINTS
-from bridge.body.kinematics import FloatingBase, RobotPose
+from bridge.body.kinematics import FloatingBase
 from bridge.messages import SensorFrame
-from bridge.types import Vec2, Vec3
 from walker.estimation.attitude import Attitude, Lean
+from walker.estimation.com import ComEstimator
 from walker.estimation.odometry import GyroscopeHeading, Odometry, middle_of_soles
-from walker.gaits.plan import Foothold
+from walker.estimation.state import BaseState
+from walker.functions import SmoothedRate
 from walker.parameters import ControllerParameters
 
-
-class BaseState(NamedTuple):
-    """Measured state of the robot when its sensors were read, SI units and rad.
-
-    The odometry's frame has z up; its origin is the middle of the soles at the first frame.
-    """
-
-    pose: RobotPose
-    """All links, feet and centre of mass in the odometry's frame."""
-    middle: Foothold = Foothold()
-    """Middle of both soles and mean of their headings in the odometry's frame."""
-    angle: Vec2 = (0.0, 0.0)
-    """Roll and pitch of the torso without drift; follows a disturbance late."""
-    lean: Vec2 = (0.0, 0.0)
-    """The same without lag."""
-    lean_ahead: Vec2 = (0.0, 0.0)
-    """`lean` less its slow mean, one latency later."""
-    angular_velocity: Vec3 = (0.0, 0.0, 0.0)
-    """Angular velocity of the torso, in the Torso frame."""
+VELOCITY_TIME: Final = 0.1
+"""Time constant of the torso's velocity by the odometry, s."""
 
 
 class Estimator:
@@ -52,9 +35,11 @@ class Estimator:
     def __init__(self, base: FloatingBase, parameters: ControllerParameters) -> None:
         self._base = base
         self._odometry = Odometry(base, gyroscope=GyroscopeHeading.of(base.body))
-        self.state = BaseState(base.place(base.in_torso([0.0] * N_JOINTS), np.eye(4)))
-        """State at the last frame."""
         self.restart(parameters)
+        zeros = [0.0] * N_JOINTS
+        pose = base.place(base.in_torso(zeros), np.eye(4))
+        self.state = BaseState(pose, ComEstimator(base, 1.0).update(zeros, (0.0, 0.0), (0.0, 0.0, 0.0), 0.0))
+        """State at the last frame."""
 
     def restart(self, parameters: ControllerParameters) -> None:
         """Forget the history, but for the way that the robot has gone.
@@ -65,7 +50,9 @@ class Estimator:
         on = parameters.switches.attitude_correction
         self._attitude = Attitude(parameters.attitude if on else None)
         self._lean = Lean(parameters.lean, parameters.latency)
+        self._com = ComEstimator(self._base, parameters.com_smoothing)
         self._heading: float | None = None
+        self._velocity = SmoothedRate(VELOCITY_TIME)
 
     def update(self, frame: SensorFrame, dt: float, heading: float) -> BaseState:
         """One cycle.
@@ -81,6 +68,13 @@ class Estimator:
         self._heading = heading
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
         self.state = BaseState(
-            pose, middle_of_soles(self._base, pose), angle, lean, self._lean.lean_without_mean, frame.gyroscope
+            pose=pose,
+            com=self._com.update(frame.position, lean, frame.gyroscope, dt),
+            middle=middle_of_soles(self._base, pose),
+            angle=angle,
+            lean=lean,
+            lean_ahead=self._lean.lean_without_mean,
+            velocity=self._velocity.update(pose.frames[0, :3, 3], dt),
+            angular_velocity=frame.gyroscope,
         )
         return self.state

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple, TypeVar
 
+import numpy as np
+
 from bridge.body.quantities import GRAVITY
-from bridge.types import Array
+from bridge.types import Array, Vec2
 
 
 def clip(value: float, lower: float, upper: float) -> float:
@@ -180,11 +182,41 @@ class LinearPendulum:
             a * nu**2 * cosh + b * nu**2 * sinh,
         )
 
-    def capture_point(self, position: float, velocity: float) -> float:
-        """Zero moment point at which the centre of mass stops above it, m.
+
+def capture_point(place: Vec2, velocity: Vec2, omega: float) -> Vec2:
+    """Zero moment point at which the centre of mass comes to rest above it: place + velocity / omega, m.
+
+    Args:
+        place: of the centre of mass, x and y, m.
+        velocity: of the centre of mass, m/s.
+        omega: natural frequency of its pendulum, 1/s.
+    """
+    (x, y), (v_x, v_y) = place, velocity
+    return x + v_x / omega, y + v_y / omega
+
+
+class SmoothedRate:
+    """Rate of a vector: its difference from cycle to cycle, smoothed.
+
+    Args:
+        time_constant: of the smoothing, s.
+    """
+
+    def __init__(self, time_constant: float) -> None:
+        self._time_constant = time_constant
+        self._last: Array | None = None
+        self.rate: Array = np.zeros(3)
+        """1/s; zeros before the second value."""
+
+    def update(self, value: Array, dt: float) -> Array:
+        """The rate at the next value.
 
         Args:
-            position: of the centre of mass, m.
-            velocity: of the centre of mass, m/s.
+            value: shape (3,).
+            dt: time since the last one, s; after none the rate stays.
         """
-        return position + velocity / self.nu
+        if self._last is not None and dt > 0.0:
+            share = min(dt / self._time_constant, 1.0)
+            self.rate = self.rate + share * ((value - self._last) / dt - self.rate)
+        self._last = value
+        return self.rate

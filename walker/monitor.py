@@ -1,4 +1,4 @@
-"""What the state of the robot means for its plan: contacts, ground, falls, feedback; and the answers' delay.
+"""Consequences of the robot's state for its plan: contacts, ground, falls, feedback; and the answers' delay.
 
 The delay is estimated from the frames alone. Sensor frame k names the frame whose answer was in force in the
 cycle before it (`command`); on a good link that is k - 1. The difference to k - 1 is the delay of the whole
@@ -16,12 +16,11 @@ from bridge.types import Side, Vec2
 from walker.estimation.contact import ContactEstimator, Contacts, FootForces
 from walker.estimation.fall import FallDetector, FallPredictor
 from walker.estimation.ground import Corrections, GroundTilt
-from walker.estimator import BaseState
+from walker.estimation.state import BaseState
 from walker.gaits.plan import NO_FEEDBACK, Feedback, Plan, SolePose
-from walker.mechanisms.capture_step import CaptureEstimator, LandedFootEstimator
+from walker.mechanisms.capture_step import CaptureEstimator, landed_foot
 from walker.mechanisms.foothold_feedback import DeviationEstimator
 from walker.mechanisms.hold import HeadingError, VelocityHold
-from walker.mechanisms.slip import SlipDetector
 from walker.mechanisms.tipping import TippingDetector
 from walker.parameters import ControllerParameters
 
@@ -108,7 +107,7 @@ class Monitor:
         body, on, latency = base.body, parameters.switches, parameters.latency
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
-        self._fall_predictor = FallPredictor(parameters.foresight, base) if predicts_falls else None
+        self._fall_predictor = FallPredictor(parameters.foresight) if predicts_falls else None
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body, cycle)
         self._height = body.lengths.FootHeight
@@ -122,11 +121,10 @@ class Monitor:
             placement=on.foot_placement,
         )
         self._capture = CaptureEstimator(parameters.capture, base, latency) if on.capture_step else None
-        self._landed = LandedFootEstimator(parameters.capture, base, latency)
+        self._base, self._latency = base, latency
         self._heading_error = HeadingError(latency, cycle) if on.heading_hold else None
         self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
         self._tipping = TippingDetector(parameters.tipping) if on.step_hold else None
-        self._slip = SlipDetector(parameters.slip, base) if on.slip else None
 
     def update(
         self,
@@ -149,7 +147,7 @@ class Monitor:
             walking: as in `FallDetector.update`.
         """
         contacts = self._contact.update(frame.fsr)
-        angle, lean, here = base.angle, base.lean, base.middle
+        angle, here = base.angle, base.middle
         zmp = self._zmp(frame, contacts, plan)
         capturing = plan.capture is not None
         fall = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
@@ -157,12 +155,12 @@ class Monitor:
         ground = self._ground.update(frame, angle, corrections, dt, walking=moves, capturing=capturing)
         self._delay.update(frame)
         if self._fall_predictor is not None:
-            predicted = self._fall_predictor.update(frame, lean, plan, dt)
+            predicted = self._fall_predictor.update(frame, base, plan, dt)
             fall = fall or (predicted if not contacts.none else "")
-        feedback = self._deviation.update(frame.position, lean, plan, dt)
+        feedback = self._deviation.update(base.com, plan, dt)
         if self._capture is not None:
-            measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
-            landed = self._landed.update(frame.position, lean, frame.gyroscope, plan, dt)
+            measured = self._capture.update(base, sum(frame.fsr), plan, dt)
+            landed = landed_foot(base, plan, self._base, self._latency)
             feedback = feedback._replace(capture_step=measured, landed=landed)
         if self._heading_error is not None:
             feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
@@ -170,9 +168,6 @@ class Monitor:
             feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
         if self._tipping is not None:
             feedback = self._tipping.update(feedback, plan, dt)
-        if self._slip is not None:
-            self._slip.update(frame, lean, plan, dt)
-            feedback = feedback._replace(pace=self._slip.pace)
         return Estimate(base, contacts, zmp, fall, ground, self._delay.mean, self._delay.gap, feedback)
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:

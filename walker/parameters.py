@@ -25,7 +25,6 @@ from walker.mechanisms.capture_step import BackwardStepParameters, CaptureParame
 from walker.mechanisms.compliance import JointComplianceParameters
 from walker.mechanisms.foothold_feedback import DeviationParameters
 from walker.mechanisms.hold import VelocityHoldParameters
-from walker.mechanisms.slip import SlipParameters
 from walker.mechanisms.stance_ankle import DampingParameters, LeanFeedbackParameters
 from walker.mechanisms.swing_foot import SwingFootOrientationParameters
 from walker.mechanisms.tipping import TippingParameters
@@ -34,13 +33,13 @@ from walker.switches import Switches
 
 _TABLE: Final = (
     (0.1, "s", "torso_design.thesis.controller.sample_time torso_design.robust.controller.sample_time"),
-    (0.5, "s", "latency leg.latency capture.smoothing foresight.smoothing"),
+    (0.5, "s", "latency leg.latency com_smoothing"),
     (1.0, "s", "max_gap damping.roll damping.pitch landed_foot.damping"),
     (5.0, "s", "landed_foot.landing_time landed_foot.contact_time landed_foot.standing_time"),
     (5.0, "s", "touch_down.max_wait capture.min_time_after_step foresight.push_time"),
-    (5.0, "s", "slip.hold slip.leak tipping.max_hold fall.no_support fall.brace_time"),
+    (5.0, "s", "tipping.max_hold fall.no_support fall.brace_time"),
     (60.0, "s", "ground.time_constant ground.walking_time_constant ground.tipping_time lean.time_constant"),
-    (60.0, "s", "slip.recovery lean.mean_time_constant foresight.acceleration_time compliance.ramp_time"),
+    (60.0, "s", "lean.mean_time_constant foresight.acceleration_time compliance.ramp_time"),
     (60.0, "s", "torso_design.thesis.specification.rise_time torso_design.thesis.controller.reset_time"),
     (60.0, "s", "torso_design.robust.controller.reset_time"),
     (600.0, "s", "compliance.adaptation_time"),
@@ -52,7 +51,7 @@ _TABLE: Final = (
     (0.5, "m", "backward_step.hip_behind backward_step.arm_behind backward_step.max_beside"),
     (0.5, "m", "landed_foot.max_offset touch_down.search_depth"),
     (2.0, "m/s", "leg.max_rate touch_down.search_rate velocity_hold.max_correction"),
-    (5.0, "m/s", "foresight.push slip.slide"),
+    (5.0, "m/s", "foresight.push"),
     (0.2, "rad", "compliance.half_backlash"),
     (math.pi, "rad", "ground.max_tilt fall.angle fall.capture_angle torso_limits.offset damping.max_offset"),
     (math.pi, "rad", "swing_foot_orientation.max_angle swing_foot_orientation.level_angle"),
@@ -77,7 +76,7 @@ _TABLE: Final = (
     (5.0, "1/s^2", "attitude.integral"),
     (100.0, "1/s", "torso_design.thesis.controller.integral_gain"),
     (100.0, "1/s", "torso_design.robust.controller.integral_gain"),
-    (1.0, "", "slip.pace velocity_hold.gain backward_step.decision ankle.relative_force_tolerance"),
+    (1.0, "", "velocity_hold.gain backward_step.decision ankle.relative_force_tolerance"),
     (1.0, "", "lean_feedback.roll lean_feedback.pitch lean_feedback.pattern_gain deviation.velocity_gain"),
     (1.0, "", "deviation.position_gain deviation.mean_gain deviation.first_mean_gain deviation.placement_gain"),
     (
@@ -134,6 +133,9 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     """Which mechanisms are on; the tables below are read where theirs is."""
     latency: NotNegative = 0.04
     """From a command to the motion that the sensors report, s."""
+    com_smoothing: Positive = 0.03
+    """Time constant of the velocity of the centre of mass by the joints' motion, s; the gyroscope gives that by
+    the torso's turn."""
     attitude: AttitudeParameters = AttitudeParameters()
     lean: LeanParameters = LeanParameters()
     contact: ContactParameters = ContactParameters()
@@ -141,7 +143,6 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     deviation: DeviationParameters = DeviationParameters()
     velocity_hold: VelocityHoldParameters = VelocityHoldParameters()
     tipping: TippingParameters = TippingParameters()
-    slip: SlipParameters = SlipParameters()
     capture: CaptureParameters = CaptureParameters()
     fall: FallParameters = FallParameters()
     foresight: FallPredictorParameters = FallPredictorParameters()

@@ -17,6 +17,7 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS
 from bridge.body.leg_limits import AnkleRange
+from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
 from bridge.rotations import heading, rotation
 from bridge.types import SIDES, Array
@@ -31,8 +32,6 @@ from walker.parameters import ControllerParameters
 
 _EPSILON: Final = 1e-9
 """s; a call is due in spite of rounding."""
-VELOCITY_TIME: Final = 0.1
-"""Time constant of the base's velocity by the odometry, s."""
 
 
 class PolicyRunner:
@@ -48,7 +47,7 @@ class PolicyRunner:
     def __init__(self, body: Body, gait: LearnedGait, parameters: ControllerParameters, cycle: float) -> None:
         self._p, self._network, self._rest = gait.parameters, gait.network, np.array(gait.default_pose)
         self.stiffness = self._p.stiffness
-        """Of all joints in the walk."""
+        """Stiffness of all joints in the walk."""
         self._compliance = JointCompliance(parameters.compliance, body, cycle, parameters.latency)
         ranges = [body.joints.get(joint) for joint in JOINTS]
         self._low = np.array([-math.inf if sheet is None else sheet.lower for sheet in ranges])
@@ -79,9 +78,7 @@ class PolicyRunner:
         self._before: tuple[float, Array] | None = None
         """Time and joint angles of the last call."""
         self._joint_velocity: Array = np.zeros(len(JOINTS))
-        self._place: Array | None = None
-        self._velocity: Array = np.zeros(3)
-        """Of the torso in the odometry's frame, m/s."""
+        """Angular velocity of the joints, rad/s."""
         self._pasts: dict[int, deque[Array]] = {}
         self._observations: deque[Array] = deque(maxlen=self._p.history)
 
@@ -99,7 +96,6 @@ class PolicyRunner:
         """One cycle, once per received frame; arguments and result as of `Stabilizer.update`."""
         assert plan.policy is not None
         self._clock += dt
-        self._follow(estimate, dt)
         self._since = self._since + dt if self._since is not None else self._p.cycle
         if self._since >= self._p.cycle - _EPSILON and not self.failure:
             # the mean time between two calls is right; there are no two in one cycle
@@ -108,13 +104,6 @@ class PolicyRunner:
         while self._due and self._due[0][0] <= self._clock + _EPSILON:
             self._target = self._due.popleft()[1]
         return self._within_ranges(), Corrections()
-
-    def _follow(self, estimate: Estimate, dt: float) -> None:
-        place = estimate.base.pose.frames[0, :3, 3]
-        if self._place is not None and dt > 0.0:
-            share = min(dt / VELOCITY_TIME, 1.0)
-            self._velocity = self._velocity + share * ((place - self._place) / dt - self._velocity)
-        self._place = place
 
     def _call(self, command: PolicyCommand, estimate: Estimate, frame: SensorFrame) -> None:
         position = np.array(frame.position)
@@ -132,7 +121,11 @@ class PolicyRunner:
         if not self._observations:
             self._observations.extend([observation] * self._p.history)
         self._observations.append(observation)
-        action = self._network(np.concatenate(self._observations))
+        try:
+            action = self._network(np.concatenate(self._observations))
+        except ConfigurationError as error:
+            self.failure = str(error).rstrip(".")
+            return
         if not np.isfinite(action).all():
             pairs = zip(self._p.outputs, action, strict=True)
             names = [joint for joint, value in pairs if not math.isfinite(value)]
@@ -151,14 +144,14 @@ class PolicyRunner:
         return tuple(angles)
 
     def _angular_velocity(self, term: ObservationTerm, estimate: Estimate, frame: SensorFrame) -> Array:
-        rates = np.array(frame.gyroscope)
+        rates = np.array(estimate.base.angular_velocity)
         return rates if term.frame == "torso" else rotation(*estimate.base.lean, 0.0) @ rates
 
     def _linear_velocity(self, term: ObservationTerm, estimate: Estimate) -> Array:
         turn = estimate.base.pose.frames[0, :3, :3]
         if term.frame == "heading":
             turn = rotation(0.0, 0.0, heading(turn))
-        return np.asarray(turn.T @ self._velocity)
+        return np.asarray(turn.T @ estimate.base.velocity)
 
     def _positions(self, term: ObservationTerm, frame: SensorFrame) -> Array:
         slots = self._slots[term]

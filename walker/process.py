@@ -27,8 +27,6 @@ logger = logging.getLogger(__name__)
 
 SILENCE_TIMEOUT = 0.5
 """s without a sensor frame after which the walker checks that the robot is there."""
-SEARCH_TIMEOUT = 5.0
-"""s without a robot after which a log entry names the missing robot."""
 _STANDBY_INTERVAL = 1.0
 """s between two checks by a standby walker that the robot is there and the same."""
 _RETRY_INTERVAL = 0.2
@@ -115,7 +113,7 @@ class WalkerProcess:
         """Reason of the last refusal of the lease."""
 
     def run(self) -> WalkResult:
-        """Walk until the order is done or the process is stopped.
+        """Walk until the order is done or the process is stopped. After an error, `result` has what was walked.
 
         Raises:
             ConfigurationError: the robot is another body, or cannot walk the gait.
@@ -126,7 +124,7 @@ class WalkerProcess:
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
-            info = self._find_robot()
+            info = self._link.wait_robot(self._stop)
             if info is None:
                 break
             if info.boot != self._boot:
@@ -153,15 +151,7 @@ class WalkerProcess:
             if self._serve(lockstep=info.mode == "lockstep"):
                 self._link.release()
                 break
-        return self._result()
-
-    def _find_robot(self) -> Info | None:
-        """The robot's `Info`; logs a long wait. None when the process is stopped."""
-        try:
-            return self._link.wait_robot(self._stop, SEARCH_TIMEOUT)
-        except LinkError as error:
-            logger.warning("%s Waiting for it.", error)
-            return self._link.wait_robot(self._stop)
+        return self.result()
 
     def _wait_wanted(self) -> bool:
         """Whether to hold the robot; a standby walker waits for that."""
@@ -220,6 +210,7 @@ class WalkerProcess:
         controller = self._controller
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
+        ran = time.monotonic()
         while not self._may_leave():
             if self._service is not None and not self._service.wanted:
                 self._link.release()
@@ -231,15 +222,16 @@ class WalkerProcess:
                 self._boot, self._taken = None, True
                 return False
             try:
-                asked = time.monotonic()
                 frame = receive(SILENCE_TIMEOUT)
-                if (stalled := time.monotonic() - asked - SILENCE_TIMEOUT) > SILENCE_TIMEOUT:
-                    self._warn(
-                        f"this process stood still for {stalled:.1f} s (suspended, or starved by other work)"
-                    )
             except FrameError as error:
                 self._warn(str(error))  # from a foreign sender; the robot's own version is checked
                 continue
+            now = time.monotonic()
+            if (stalled := now - ran - SILENCE_TIMEOUT) > SILENCE_TIMEOUT:
+                self._warn(
+                    f"this process stood still for {stalled:.1f} s (suspended, or starved by other work)"
+                )
+            ran = now
             if not self._link.lease:
                 if not self._stop():
                     logger.warning("the robot is gone; waiting for it to come back")
@@ -249,6 +241,7 @@ class WalkerProcess:
                 # a keepalive, so that a robot that pauses does not give the lease away
                 if not self._acquire() and self._closes:
                     return False
+                ran = time.monotonic()
             elif not lockstep and 0 <= self._seq < frame.seq - GUARD_TAKEOVER_CYCLES:
                 logger.warning(
                     "no frame of the robot for %d cycles, in which its guard took it over; the walk restarts",
@@ -369,7 +362,8 @@ class WalkerProcess:
             )
         return body
 
-    def _result(self) -> WalkResult:
+    def result(self) -> WalkResult:
+        """The walk so far."""
         ticks = self._ticks.percentiles()
         controller = self._controller
         return WalkResult(

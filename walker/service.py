@@ -109,6 +109,7 @@ class WalkService:
         self._orders: list[_Order] = []
         self._due: list[_Order] = []
         self._notes: list[str] = []
+        self._controllers_thread = 0
         self._robot: tuple[Body, float] | None = None
         self._snapshot: _Snapshot | None = None
         self._refusal = _NO_ROBOT
@@ -166,6 +167,7 @@ class WalkService:
             steps=controller.plan.step,
             distance=controller.walked,
             position=controller.odometry_pose,
+            failure=controller.failure,
         )
         self._snapshot = _Snapshot(
             status,
@@ -174,6 +176,7 @@ class WalkService:
             controller.lying_side,
             controller.motion_waits,
         )
+        self._controllers_thread = threading.get_ident()
         self._held.set()
         for order in self._due:
             order.taken.set()
@@ -374,7 +377,8 @@ class WalkService:
         order = _Order(at or 0, act, threading.Event())
         with self._orders_lock:
             self._orders.append(order)
-        if order.at <= self._snapshot.status.seq + 1:
+        own = threading.get_ident() == self._controllers_thread  # it would wait for itself
+        if order.at <= self._snapshot.status.seq + 1 and not own:
             order.taken.wait(_REPLY_TIMEOUT)
 
     def _reply(self, text: str) -> WalkStatus:
@@ -386,7 +390,8 @@ class WalkService:
             status = msgspec.structs.replace(
                 status, gait=self._request.gait, torso=on.torso, admittance=on.leg_admittance
             )
-        return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`.")
+        ended = f"; the last walk ended: {status.failure}" if status.failure else ""
+        return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`{ended}.")
 
 
 def _pause() -> None:

@@ -16,10 +16,11 @@ from bridge.body.inverse_kinematics import UnreachableError
 from bridge.body.joints import INDEX
 from bridge.body.leg_limits import AnkleRange
 from bridge.messages import SensorFrame
+from bridge.planar import Pose2D
 from bridge.types import SIDES, Side, Vec2
 from walker.estimation.contact import Contacts, SupportState
 from walker.estimation.ground import Corrections
-from walker.gaits.plan import OTHER_SIDE, Foothold, Plan, SolePose, Support
+from walker.gaits.plan import OTHER_SIDE, Plan, SolePose, Support
 from walker.gaits.pose import PoseMaker
 from walker.mechanisms.admittance import AnkleAdmittance, AnkleLimits, LegAdmittances
 from walker.mechanisms.capture_step import BackwardStep
@@ -50,7 +51,7 @@ class Stabilizer:
     def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
         self._pose = pose
         self.stiffness = 1.0
-        """Of all joints in the walk."""
+        """Stiffness of all joints in the walk."""
         self.failure = ""
         """Why it cannot go on: never."""
         on = parameters.switches
@@ -116,7 +117,7 @@ class Stabilizer:
                 estimate.contacts,
                 dt,
                 landed=feedback.landed,
-                gyroscope=frame.gyroscope,
+                gyroscope=estimate.base.angular_velocity,
             )
         left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
         lift = left + swing["L"].lift, right + swing["R"].lift
@@ -125,7 +126,9 @@ class Stabilizer:
             torso = self._torso.update(
                 estimate.base.angle[1], _sole_support(support_state.support, estimate.contacts)
             )
-        offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support, plan.progress)
+        offsets = self._stance_ankle.update(
+            estimate.base.angular_velocity, lean, support_state.support, plan.progress
+        )
         torso = torso[0] + offsets.pitch[0], torso[1] + offsets.pitch[1]
         ground_alignment_active = self._align_to_ground(estimate, dt)
         common = self._release_common(dt)
@@ -255,7 +258,7 @@ def _sole_support(support: Support, contacts: Contacts) -> Support:
 
 def in_foot_axes(plan: Plan, side: Side, turn: Vec2) -> Vec2:
     """A small turn about the torso's axes, which head along the mean of both soles, about those of a foot."""
-    return Foothold(yaw=plan.middle.yaw - plan.foot(side).yaw).point(*turn)
+    return Pose2D(yaw=plan.middle.yaw - plan.foot(side).yaw).point(*turn)
 
 
 def _common(left: float, right: float, bound: float) -> float:

@@ -50,8 +50,6 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Footholds make up for the velocity by which the robot is off its command, in gaits that can."""
     step_hold: bool = False
     """A step ends later while the robot tips over the outer edge of its stance foot, in gaits that can."""
-    slip: bool = False
-    """The walk is slower for a while after the stance foot slipped, in gaits that can."""
 
 
 StabilizerName = Literal["own", "thesis", "none"]

@@ -61,6 +61,9 @@ UPPER_JOINTS: Final = tuple(name for name in JOINTS if name not in {*LEG_JOINTS[
 LEG_SLOTS: Final = {side: tuple(INDEX_WITH_MIRROR[j] for j in names) for side, names in LEG_JOINTS.items()}
 """Frame slots of each leg's six joints; both legs share the HipYawPitch slot."""
 
+LEGS: Final = tuple(sorted({*LEG_SLOTS["L"], *LEG_SLOTS["R"]}))
+"""Frame slots of the eleven leg motors."""
+
 
 def degrees_warning(joint: str, angle: float) -> str:
     """Why an angle is probably one in degrees; empty for one that some joint reaches.

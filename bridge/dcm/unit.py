@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -139,6 +139,10 @@ class Dcm:
         """Value computed last for each actuator, in counts but not rounded."""
         self._buffers: dict[int, list[TimedCommand]] = {}
         self._aliases: dict[str, tuple[int | None, ...]] = {}
+        first = 2 * self._table.n_joints
+        self._led_rows = range(first, first + N_LEDS)
+        self._lit = False
+        """A command has set LEDs."""
         self.modes_sent: dict[str, float] = {}
         """Values sent in the last cycle to actuators that do not interpolate (the sonar's mode)."""
         self.put_frame(position, (1.0,) * N_JOINTS)
@@ -214,6 +218,7 @@ class Dcm:
                     f"request it would hold {len(buffer)}."
                 )
             changed[index] = buffer
+        self._lit = self._lit or any(index in self._led_rows for index in changed)
         for index, buffer in changed.items():
             if buffer:
                 self._buffers[index] = buffer
@@ -243,15 +248,25 @@ class Dcm:
     @property
     def leds(self) -> tuple[int, ...]:
         """Brightness of each LED, 0 to 255; empty while all are dark."""
-        counts = self._last[2 * self._table.n_joints :][:N_LEDS]
+        counts = self._last[self._led_rows.start : self._led_rows.stop]
         return tuple(np.clip(np.rint(counts), 0, 255).astype(int).tolist()) if counts.any() else ()
 
     def light(self, leds: Sequence[int]) -> None:
         """Set the brightness of each LED, 0 to 255; their waiting commands are dropped."""
-        first = 2 * self._table.n_joints
-        self._last[first : first + N_LEDS] = leds
-        for row in range(first, first + N_LEDS):
+        self._lit = True
+        self._last[self._led_rows.start : self._led_rows.stop] = leds
+        for row in self._led_rows:
             self._buffers.pop(row, None)
+
+    def light_unused(self, lights: Mapping[str, Sequence[int]]) -> None:
+        """Light LEDs for which there is no command; nothing happens once a command has set any LED.
+
+        Args:
+            lights: `ChestBoard`, `LFoot` or `RFoot` -> red, green and blue, 0 to 255.
+        """
+        for board, rgb in {} if self._lit else lights.items():
+            for colour, value in zip(("Red", "Green", "Blue"), rgb, strict=True):
+                self._last[self._table.index[f"{board}/Led/{colour}/Actuator/Value"]] = value
 
     def move(self, name: str, value: float) -> None:
         """Put an actuator at a value; its waiting commands go on from there."""

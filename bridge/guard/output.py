@@ -83,8 +83,9 @@ class Ranges:
         lower, upper = self._lower[slot], self._upper[slot]
         if joint in self._coupled:
             lower, upper = self._ranges[joint].at(position[self._coupled[joint][1]])
+        wanted = f"{asked[slot]:.3f}" if abs(asked[slot]) < 1e4 else f"{asked[slot]:.3g}"
         return (
-            f"{joint} was asked to {asked[slot]:.3f} rad and clipped to {position[slot]:.3f} rad; its range "
+            f"{joint} was asked to {wanted} rad and clipped to {position[slot]:.3f} rad; its range "
             f"here is {lower:.3f} to {upper:.3f} rad."
         )
 

@@ -13,7 +13,7 @@ from bridge.messages import Info, LeaseReply, LeaseRequest, decode, encode
 from bridge.messages.codec import M
 from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
 from bridge.messages.walk import WALK_COMMAND, TorsoName, WalkCommand, WalkStatus
-from bridge.messages.world import WORLD_COMMAND, WorldCommand
+from bridge.messages.world import WORLD_COMMAND, WorldCommand, require_command
 from bridge.messages.world_state import WorldReply
 from bridge.types import Closing, Vec3
 
@@ -241,9 +241,10 @@ class WorldClient(Client):
             timeout: s to wait; a `Step` is answered when its cycles have run.
 
         Raises:
-            FrameError: the robot refused the command; its own sentence.
+            FrameError: no command, or the robot refused it; its own sentence.
             LinkError: no answer: no robot there, or one that has no world.
         """
+        require_command(command)
         reply = self._ask(WORLD_COMMAND, encode(command), timeout, FrameError)
         if reply is not None:
             return decode(reply, WorldReply)

@@ -18,7 +18,7 @@ from bridge.link.certificates import check_certificates
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask, serve_query
 from bridge.link.seal import KeyPair, Seal
-from bridge.link.session import check_endpoint, declare_publishers, other_robots, subscribe, try_client
+from bridge.link.session import Search, check_endpoint, declare_publishers, other_robots, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
     Info,
@@ -39,6 +39,8 @@ _QUERY_TIMEOUT: Final = 1.0
 """s a query may take."""
 _RETRY_INTERVAL: Final = 0.05
 """s between two attempts to find the robot."""
+_WORLD_INTERVAL: Final = 1.0
+"""s within which the robots of one world announce themselves, one after another."""
 
 
 class ControllerLink(Closing):
@@ -143,12 +145,16 @@ class ControllerLink(Closing):
     def wait_robot(self, stop: Callable[[], bool] = lambda: False, timeout: float | None = None) -> Info | None:
         """Wait until the robot answers; its `Info`, or None after `stop()` is true.
 
+        Without a `timeout` the log names a robot that is missing, and those that are there.
+
         Raises:
             LinkError: no such robot within `timeout` s; sooner if there is another one.
             FrameError: it speaks another version of the contract.
             ConfigurationError: the certificates cannot be used, for example because they expired meanwhile.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
+        others_seen: float | None = None
+        search = Search(self.robot, self.endpoint)
         while not stop():
             if not self._connect():
                 time.sleep(_RETRY_INTERVAL)
@@ -159,8 +165,13 @@ class ControllerLink(Closing):
             else:
                 check_certificates(self.endpoint, "controller")
                 if deadline is not None and (others := self._other_robots()):
+                    others_seen = time.monotonic() if others_seen is None else others_seen
+                    if time.monotonic() < min(others_seen + _WORLD_INTERVAL, deadline):
+                        continue
                     raise LinkError(f"There is no robot `{self.robot}` at {self.endpoint}{others}.")
-            if deadline is not None and time.monotonic() > deadline:
+            if deadline is None:
+                search.failed(self._session)
+            elif time.monotonic() > deadline:
                 raise LinkError(
                     f"No robot `{self.robot}` answered at {self.endpoint} within {timeout:g} s; start one with "
                     "`nao-hil emulate`, or give its address with --connect."

@@ -193,8 +193,13 @@ class RobotLink(Closing):
             LeaseRefused: names the command and the holder.
         """
         holder = self.leases.holder
-        if holder is None or not holder.seal.opens(key, payload, attachment):
+        if holder is None:
             raise self._refusal(command)
+        if not holder.seal.opens(key, payload, attachment):
+            raise LeaseRefused(
+                f"{command} was refused: controller `{holder.name}` holds the robot, and the seal is not of "
+                "its key, or not a new one; seal with the key of the lease, or ask for the lease."
+            )
 
     def _refusal(self, command: str) -> LeaseRefused:
         holder = self.leases.holder

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import json
+import logging
 import re
 import socket
 import time
@@ -24,6 +25,7 @@ from bridge.link.certificates import OPEN_MARK, ROLES, check_peer, load_certific
 from bridge.messages.topics import TOPICS, Side, sent_by
 
 _ALL_KEYS: Final = "**"
+logger = logging.getLogger(__name__)
 
 
 class Rights(NamedTuple):
@@ -108,6 +110,10 @@ SESSION_LEASE: Final = 30_000
 processes are stopped. A party that dies ends its session at once."""
 CONNECT_TIMEOUT_MS: Final = 1000
 """ms an attempt to connect may take."""
+_OTHERS_TIME: Final = 2.0
+"""s without a robot after which the robots that are there are reported."""
+_SEARCH_TIME: Final = 5.0
+"""s without any robot after which that is reported."""
 _ROBOTS_TIMEOUT: Final = 1.0
 """s to wait for the robots of a link to answer."""
 MAX_SESSIONS: Final = 32
@@ -395,6 +401,35 @@ def other_robots(session: zenoh.Session, robot: str) -> str:
         return ""
     listed = ", ".join(f"`{name}`" for name in names)
     return f"; {listed} {'is' if len(names) == 1 else 'are'} there (--name)"
+
+
+class Search:
+    """A wait for a robot, reported once where it is long.
+
+    Args:
+        robot: its id.
+        connect: Zenoh endpoint of its link.
+    """
+
+    def __init__(self, robot: str, connect: str) -> None:
+        self._robot, self._endpoint, self._began, self._reported = robot, connect, time.monotonic(), False
+
+    def failed(self, session: zenoh.Session | None) -> None:
+        """It is not there yet; `session`: of the link, None without one."""
+        waited = time.monotonic() - self._began
+        if self._reported or waited < _OTHERS_TIME:
+            return
+        if session is not None and (others := other_robots(session, self._robot)):
+            text = f"There is no robot `{self._robot}` at {self._endpoint}{others}."
+        elif waited > _SEARCH_TIME:
+            text = (
+                f"No robot `{self._robot}` answers at {self._endpoint}; start one with `nao-hil emulate`, or "
+                "give its address with --connect."
+            )
+        else:
+            return
+        self._reported = True
+        logger.warning("%s Waiting for it.", text)
 
 
 def declare_publishers(session: zenoh.Session, robot: str, side: Side) -> dict[type[Any], zenoh.Publisher]:

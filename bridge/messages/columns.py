@@ -1,6 +1,7 @@
 """Columns of a run: name, unit, frame and elements of every recorded quantity, declared once.
 
-A column is a field of a recorded message; a field of a part has both names (`left.force`).
+A column is a field of a recorded message; a field of a part has both names (`left.force`). A list of parts is a
+table of its own, one row for each part of each message (`OBJECTS`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import Any, Final, NamedTuple
 from bridge.body.joints import JOINTS
 from bridge.messages.frames import ELEMENTS, N_LEDS, ActuatorFrame, Notice, SensorFrame
 from bridge.messages.walk import WalkTelemetry
-from bridge.messages.world_state import TruthFrame
+from bridge.messages.world_state import TruthFrame, WorldObject
 
 
 class Column(NamedTuple):
@@ -31,6 +32,8 @@ _SOLE: Final = Column("m, rad", "walk", (*_XYZ, "roll", "pitch", "yaw"))
 _FORCE: Final = Column("N", "world", _XYZ)
 _COP: Final = Column("m", "sole", _X)
 
+OBJECTS: Final = "world/objects"
+"""Table of the objects of all ground truth."""
 COLUMNS: Final[dict[type[Any], dict[str, Column]]] = {
     SensorFrame: {
         "seq": Column(),
@@ -70,6 +73,25 @@ COLUMNS: Final[dict[type[Any], dict[str, Column]]] = {
         "right.cop": _COP,
         "fell": Column(),
         "leds": Column(elements=tuple(map(str, range(N_LEDS)))),
+        "game.team": Column(),
+        "game.player": Column(),
+        "game.state": Column(),
+        "game.set_play": Column(),
+        "game.colour": Column(),
+        "game.kicking": Column(),
+        "game.left": Column(),
+        "game.score": Column(elements=("own", "other")),
+        "game.seconds_remaining": Column("s"),
+        "game.penalty": Column(),
+        "game.penalty_seconds": Column("s"),
+    },
+    WorldObject: {
+        "name": Column(),
+        "shape": Column(),
+        "size": Column("m", elements=_XYZ),
+        "position": Column("m", "world", _XYZ),
+        "orientation": Column("", "world", (*_XYZ, "w")),
+        "mass": Column("kg"),
     },
     WalkTelemetry: {
         "seq": Column(),

@@ -97,6 +97,8 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
     """Way of this walk, or the last one, by the plan, m."""
     position: Vec3
     """Middle between the feet by the odometry since the walker began: x, y and yaw, m, m, rad."""
+    failure: str = ""
+    """Why the last walk ended before its order was carried out; empty: it did not."""
 
 
 class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):

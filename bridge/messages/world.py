@@ -12,9 +12,12 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 
+from bridge.errors import FrameError
+from bridge.messages.codec import decode_command, encode
 from bridge.messages.faults import Fault
 from bridge.messages.frames import SCHEMA_VERSION, Name
-from bridge.types import Bounded
+from bridge.messages.game import GameReport
+from bridge.types import Bounded, Vec3
 
 WORLD_COMMAND = "world/command"
 """Key suffix of the query."""
@@ -25,13 +28,15 @@ MAX_TILT_RATE = 0.35
 MAX_IMPULSE: Final = 100.0
 """Largest push along an axis, N s: it gives a NAO of 5.4 kg 18 m/s."""
 
-Length = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
+Length = Annotated[float, msgspec.Meta(ge=1e-3, le=100.0)]
 Size = tuple[Length, Length, Length]
 Angle = Annotated[float, msgspec.Meta(ge=-100.0, le=100.0)]
 Tilt = Annotated[float, msgspec.Meta(ge=-MAX_TILT, le=MAX_TILT)]
 Friction = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Impulse = Annotated[float, msgspec.Meta(ge=-MAX_IMPULSE, le=MAX_IMPULSE)]
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
+MIN_MASS: Final = 1e-3
+"""Least mass of a movable object, kg."""
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 Foot = Literal["left", "right", "swing"]
 ThingKind = Literal["ball", "landmark", "face"]
@@ -104,11 +109,17 @@ SolidShape = Literal["box", "ball", "pole"]
 """A pole is an upright cylinder."""
 
 
-class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
-    """Put a box: fixed (a plate, a step, a wall), or movable; or a ball or a pole."""
+LEAGUE_BALL_DIAMETER: Final = 0.1
+"""Diameter of the Standard Platform League's ball, m (rules since 2016; Webots' `SPLBall`)."""
+LEAGUE_BALL_MASS: Final = 0.044
+"""kg; likewise."""
+
+
+class PlaceObject(_Command, frozen=True, kw_only=True, tag="place"):
+    """Put an object: a box (a plate, a step, a wall), a ball or a pole, fixed or movable."""
 
     name: Name
-    """A box of the same name is replaced."""
+    """An object of the same name is replaced."""
     shape: SolidShape = "box"
     size: Size
     """Along its x, y and z, m; of a ball three times its diameter."""
@@ -139,7 +150,7 @@ class PlaceThing(_Command, frozen=True, kw_only=True, tag="thing"):
     yaw: Angle | None = None
     """Heading to which a landmark or a face shows its front; None: towards the robot."""
     frame: Literal["floor", "robot"] = "floor"
-    """`at` and `yaw` as those of `PlaceBox`."""
+    """`at` and `yaw` as those of `PlaceObject`."""
     size: Length | None = None
     """Diameter, m; None: as in `THING_SIZES`."""
 
@@ -222,6 +233,12 @@ class Press(_Command, frozen=True, kw_only=True, tag="press"):
     pressed: bool = True
 
 
+class ReportGame(_Command, frozen=True, kw_only=True, tag="game"):
+    """Report the league's game to all robots of the world that play in it, as the GameController does."""
+
+    game: GameReport
+
+
 WorldCommand = (
     Status
     | Reset
@@ -231,7 +248,7 @@ WorldCommand = (
     | StandUp
     | LayDown
     | Push
-    | PlaceBox
+    | PlaceObject
     | PlaceThing
     | Remove
     | PlateUnderFoot
@@ -241,7 +258,38 @@ WorldCommand = (
     | StartFault
     | EndFault
     | Press
+    | ReportGame
 )
+
+
+def solid_fault(shape: SolidShape, size: Vec3, mass: float) -> str:
+    """Why there is no object of this shape, edges (m) and mass (kg), in one sentence; empty: there is one."""
+    x, y, z = size
+    if 0.0 < mass < MIN_MASS:
+        return f"The mass is {mass:g} kg; 0 fixes an object, {MIN_MASS:g} kg is the least that moves."
+    if shape != "box" and (x != y or (shape == "ball" and x != z)):
+        right = "its diameter, three times" if shape == "ball" else "its diameter, twice, and its height"
+        return f"The size of a {shape} is {right}, not {x:g} x {y:g} x {z:g} m."
+    if shape == "ball" and mass <= 0.0:
+        return f"A ball rolls and needs a mass; that of the league has {LEAGUE_BALL_MASS:g} kg."
+    return ""
+
+
+def require_command(command: object) -> None:
+    """See that a command that was made in this process could be sent: Python checks no bounds.
+
+    Raises:
+        FrameError: no command to the world, or one with a wrong value; names the field.
+    """
+    if not isinstance(command, _Command):
+        raise FrameError(
+            f"World command refused: {command!r:.80} is none; give one of `bridge.messages.world`."
+        )
+    try:
+        payload = encode(command)
+    except TypeError as error:
+        raise FrameError(f"World command refused: {error}; numbers, text and tuples are expected.") from None
+    decode_command(payload, WorldCommand, "World command")
 
 
 def min_tilt_duration(turn: float) -> float:

@@ -7,6 +7,7 @@ from typing import Annotated
 import msgspec
 
 from bridge.messages.frames import N_LEDS, SCHEMA_VERSION, Joints
+from bridge.messages.game import NO_GAME, RobotGame
 from bridge.messages.world import SolidShape, ThingKind
 from bridge.types import Count, Finite, Quaternion, Vec2, Vec3
 
@@ -18,6 +19,20 @@ class Contact(msgspec.Struct, frozen=True, kw_only=True):
     """Sum of the contact forces on the foot, world frame, N."""
     cop: Vec2 | None
     """Centre of pressure in the foot's sole frame (below the AnkleRoll origin), m; None without contact."""
+
+
+class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
+    """An object in the world."""
+
+    name: str
+    shape: SolidShape = "box"
+    size: Vec3
+    """Edges of the box around it, m."""
+    position: Vec3
+    """Its middle, world frame, m."""
+    orientation: Quaternion
+    mass: Finite
+    """kg; 0: fixed."""
 
 
 class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
@@ -45,20 +60,10 @@ class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
     """Torso tilt over 45 deg, or torso below half its start height, or anything but a foot on the ground."""
     leds: Annotated[tuple[int, ...], msgspec.Meta(max_length=N_LEDS)] = ()
     """Brightness of each LED, as `LedFrame`; empty while all are dark."""
-
-
-class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
-    """An object in the world."""
-
-    name: str
-    shape: SolidShape = "box"
-    size: Vec3
-    """Edges of the box around it, m."""
-    position: Vec3
-    """Its middle, world frame, m."""
-    orientation: Quaternion
-    mass: Finite
-    """kg; 0: fixed."""
+    objects: tuple[WorldObject, ...] = ()
+    """The movable objects of the world, and fixed ones that were placed after its start."""
+    game: RobotGame = NO_GAME
+    """The league's game."""
 
 
 class WorldThing(msgspec.Struct, frozen=True, kw_only=True):
@@ -111,7 +116,7 @@ class Field(msgspec.Struct, frozen=True):
     """A playing field: a green carpet with lines, in the middle of the floor."""
 
     size: Vec2
-    """Of the carpet along x and y, m."""
+    """Length of the carpet along x and y, m."""
     stripes: tuple[Stripe, ...]
     goals: tuple[str, ...]
     """Names of the objects that are its goals, white posts and bars."""

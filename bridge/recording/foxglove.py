@@ -1,4 +1,4 @@
-"""The robot in Foxglove's 3-D panel, in its own schemas: transforms, joint states, footsteps and URDF.
+"""Robot and objects in Foxglove's 3-D panel, in its own schemas: transforms, joint states, scene and URDF.
 
 Source: docs.foxglove.dev, schemas `FrameTransforms`, `JointStates`, `SceneUpdate`, `RobotDescription`.
 They follow from the messages of the contract; readers of recordings pass them over.
@@ -19,6 +19,7 @@ from bridge.body.joints import INDEX_WITH_MIRROR, TORSO
 from bridge.body.kinematics import LinkTransform, LinkTransforms
 from bridge.body.sole import sole_outline
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.world_state import WorldObject
 from bridge.rotations import R_yaw, heading, matrix, quaternion
 from bridge.types import SIDES, Side, Vec3
 from bridge.types import Quaternion as UnitQuaternion
@@ -121,23 +122,42 @@ class Cube(msgspec.Struct):
     color: Color
 
 
+class Sphere(msgspec.Struct):
+    """A ball in a box about the middle of its pose."""
+
+    pose: Pose
+    size: Vector3
+    color: Color
+
+
+class Cylinder(msgspec.Struct):
+    """A cylinder along z in a box about the middle of its pose."""
+
+    pose: Pose
+    size: Vector3
+    color: Color
+    bottom_scale: float = 1.0
+    top_scale: float = 1.0
+
+
 class Nothing(msgspec.Struct):
     """An item of the lists that stay empty here."""
 
 
 class Entity(msgspec.Struct):
-    """One visible thing; it stays until the end."""
+    """One visible thing."""
 
     timestamp: Time
     frame_id: str
     id: str
-    cubes: tuple[Cube, ...]
     lifetime: Time
+    """Without an update; 0: it stays until the end."""
+    cubes: tuple[Cube, ...] = ()
+    spheres: tuple[Sphere, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
     frame_locked: bool = False
     metadata: tuple[Nothing, ...] = ()
     arrows: tuple[Nothing, ...] = ()
-    spheres: tuple[Nothing, ...] = ()
-    cylinders: tuple[Nothing, ...] = ()
     lines: tuple[Nothing, ...] = ()
     triangles: tuple[Nothing, ...] = ()
     texts: tuple[Nothing, ...] = ()
@@ -155,10 +175,13 @@ Shown = FrameTransforms | JointStates | RobotDescription | SceneUpdate
 SHOWN: Final[dict[type[Shown], str]] = {
     FrameTransforms: "3d/transforms",
     JointStates: "3d/joint_states",
-    SceneUpdate: "3d/footsteps",
+    SceneUpdate: "3d/scene",
     RobotDescription: "3d/robot_description",
 }
 """Topic of each kind of message."""
+_SHOWN_TIME: Final = 200_000_000
+"""ns for which an object is shown without an update: three messages."""
+_WHITE, _WOOD = Color(0.92, 0.93, 0.92, 1.0), Color(0.83, 0.64, 0.36, 1.0)
 _COLOURS: Final = {"L": Color(0.85, 0.37, 0.01, 0.8), "R": Color(0.12, 0.47, 0.71, 0.8)}
 
 
@@ -209,9 +232,10 @@ class RobotScene:
         yield JointStates(
             stamp, tuple(JointState(name, position[INDEX_WITH_MIRROR[name]]) for name in self._links.joints)
         )
-        made = tuple(self._footsteps(stamp, frame, transforms))
+        made = [*self._footsteps(stamp, frame, transforms)]
+        made += [_object(stamp, thing) for thing in (truth.objects if truth is not None else ())]
         if made:
-            yield SceneUpdate(made)
+            yield SceneUpdate(tuple(made))
 
     def _torso(self, frame: SensorFrame, truth: TruthFrame | None) -> list[LinkTransform]:
         if truth is not None:
@@ -247,7 +271,20 @@ class RobotScene:
         pose = Pose(Vector3(x, y, z), Quaternion(*quaternion(turn)))
         length, width = (high - low).tolist()
         cube = Cube(pose, Vector3(length, width, _THICKNESS), _COLOURS[side])
-        return Entity(stamp, WORLD, f"{side}{self._count}", (cube,), Time(0, 0))
+        return Entity(stamp, WORLD, f"{side}{self._count}", Time(0, 0), (cube,))
+
+
+def _object(stamp: Time, thing: WorldObject) -> Entity:
+    pose = Pose(Vector3(*thing.position), Quaternion(*thing.orientation))
+    entity = Entity(stamp, WORLD, f"object {thing.name}", Time(0, _SHOWN_TIME))
+    size = Vector3(*thing.size)
+    if thing.shape == "ball":
+        entity.spheres = (Sphere(pose, size, _WHITE),)
+    elif thing.shape == "pole":
+        entity.cylinders = (Cylinder(pose, size, _WOOD),)
+    else:
+        entity.cubes = (Cube(pose, size, _WOOD),)
+    return entity
 
 
 def _transform(stamp: Time, one: LinkTransform) -> FrameTransform:

@@ -26,6 +26,7 @@ _JSON_TYPES: dict[type[mi.Type], str] = {
     mi.IntType: "integer",
     mi.FloatType: "number",
     mi.StrType: "string",
+    mi.LiteralType: "string",
 }
 METADATA: Final = "run"
 """Name of the metadata record that holds the run's configuration."""
@@ -56,7 +57,7 @@ def object_schema(kind: type[msgspec.Struct], without: frozenset[str] = frozense
         "title": kind.__name__,
         "type": "object",
         "properties": {field.encode_name: _schema(field.type) for field in fields},
-        "required": [field.encode_name for field in fields],
+        "required": [field.encode_name for field in fields if field.required],
     }
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
@@ -33,6 +34,37 @@ class Observer:
 
     def notice(self, message: Notice) -> None:
         """An event in the robot's world: a push, a plate, a fault."""
+
+
+class DeferredObserver(Observer):
+    """Keeps the events of a run for other observers until `deliver`.
+
+    Args:
+        observers: get each event in its order.
+    """
+
+    def __init__(self, observers: Sequence[Observer]) -> None:
+        self._observers = observers
+        self._waiting: deque[Callable[[Observer], None]] = deque()
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        """Keep both."""
+        self._waiting.append(lambda observer: observer.sensors(frame, truth))
+
+    def command(self, frame: ActuatorFrame) -> None:
+        """Keep the command in force."""
+        self._waiting.append(lambda observer: observer.command(frame))
+
+    def message(self, message: Message) -> None:
+        """Keep it."""
+        self._waiting.append(lambda observer: observer.message(message))
+
+    def deliver(self) -> None:
+        """Call the observers for all that waits."""
+        while self._waiting:
+            event = self._waiting.popleft()
+            for observer in self._observers:
+                event(observer)
 
 
 class NoticeLog(Observer):

@@ -1,4 +1,4 @@
-"""A picture of solids on a floor, by casting a ray through each pixel.
+"""A picture of solids and robots on a floor: a ray through each pixel, and the triangles of the robots.
 
 An engine's own renderer would do, but MuJoCo's needs EGL, PyBullet has no wheels for Python from 3.12 on, and
 its TinyRenderer takes 24 ms of processor time for 320 x 240 pixels.
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bridge.messages.world_state import Field
 from bridge.types import Array, Vec2
+from emulator.camera.mesh import Mesh, rasterise
 from emulator.camera.shapes import Solid, window
 
 TILE: Final = 0.25
@@ -30,6 +31,8 @@ _FAR: Final = 12.0
 """Depth at which the floor has become the wall's colour, m."""
 _LIGHT: Final = np.array((-0.30, 0.25, 0.92))
 _AMBIENT: Final = 0.6
+_POINT: Final = 1e-4
+"""Half the edge of a picture of one point, at depth 1."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,9 @@ class PaintedField:
         colours[inside] = np.where(self._white[rows, columns][:, None], _LINE, _CARPET)
 
 
-def draw(view: View, floor: Floor, solids: Sequence[Solid], width: int, height: int) -> NDArray[np.uint8]:
+def draw(
+    view: View, floor: Floor, solids: Sequence[Solid], width: int, height: int, robots: Sequence[Mesh] = ()
+) -> NDArray[np.uint8]:
     """The picture, (height, width, 3), RGB.
 
     Args:
@@ -98,6 +103,7 @@ def draw(view: View, floor: Floor, solids: Sequence[Solid], width: int, height: 
         solids: of the scene.
         width: columns.
         height: rows.
+        robots: of the scene.
     """
     slope = np.tan(0.5 * np.array(view.field))
     left = slope[0] * (1.0 - (2.0 * np.arange(width) + 1.0) / width)
@@ -120,17 +126,36 @@ def draw(view: View, floor: Floor, solids: Sequence[Solid], width: int, height: 
             continue
         depth[rows, columns][front] = depths[front]
         colours, normals = solid.colours_and_normals(view.eye + depths[front][:, None] * part[front])
-        light = _AMBIENT + (1.0 - _AMBIENT) * np.maximum(normals @ _LIGHT, 0.0)
-        picture[rows, columns][front] = colours * light[:, None]
+        picture[rows, columns][front] = _lit(colours, normals)
+    for robot in robots:
+        if window(robot, view.eye, view.R, slope) is None:
+            continue
+        found = rasterise(robot, view.eye, view.R, -slope, slope, (height, width))
+        front = found.depth < depth[found.rows, found.columns]
+        at = found.rows[front], found.columns[front]
+        faces = found.faces[front]
+        depth[at] = found.depth[front]
+        picture[at] = _lit(robot.colours[faces], robot.normals(faces))
     drawn: NDArray[np.uint8] = (255.0 * np.clip(picture, 0.0, 1.0) + 0.5).astype(np.uint8)
     return drawn
 
 
-def hidden(point: Array, view: View, solids: Sequence[Solid]) -> bool:
-    """Whether one of the solids is between the camera and a point of the world before it."""
-    reach = float(view.seen(point)[0])
+def hidden(point: Array, view: View, solids: Sequence[Solid], robots: Sequence[Mesh] = ()) -> bool:
+    """Whether one of the solids or robots is between the camera and a point of the world before it."""
+    reach, *sides = view.seen(point)
     ray = (point - view.eye) / reach
-    return any(float(solid.intersect(view.eye, ray[None])[0]) < reach for solid in solids)
+    if any(float(solid.intersect(view.eye, ray[None])[0]) < reach for solid in solids):
+        return True
+    middle = np.array(sides) / reach
+    edges = view.eye, view.R, middle - _POINT, middle + _POINT
+    return any((rasterise(robot, *edges, (1, 1)).depth < reach).any() for robot in robots)
+
+
+def _lit(colours: Array, normals: Array) -> Array:
+    """Colours (n, 3) of surfaces with outward normals (n, 3), world frame."""
+    light = _AMBIENT + (1.0 - _AMBIENT) * np.maximum(normals @ _LIGHT, 0.0)
+    lit: Array = colours * light[:, None]
+    return lit
 
 
 def _background(view: View, floor: Floor, rays: Array, depth: Array) -> Array:

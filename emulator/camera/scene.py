@@ -1,8 +1,7 @@
 """Scene of a robot's cameras, from ground truth, and the bytes of its pictures in NAOqi's colour spaces.
 
 Known weaknesses: tiles and heightfields are drawn as the flat floor under them; pictures have no noise, no
-distortion, no blur of motion, and the exposure is always right. Limbs are the contact shapes of the emulated
-robot (`emulator.engine.shapes`).
+distortion, no blur of motion, and the exposure is always right.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from bridge.body import TORSO, Body, joint_tree
 from bridge.body.cameras import CAMERA_LINK, cameras
@@ -25,9 +23,10 @@ from bridge.messages import TruthFrame
 from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
 from bridge.rotations import R_pitch, about_axis, matrix, rotation
 from bridge.types import Array
+from emulator.camera.mesh import Mesh
 from emulator.camera.picture import Floor, PaintedField, View
-from emulator.camera.shapes import Ball, Capsule, Colour, Convex, Cylinder, Disc, Solid, face, landmark
-from emulator.engine.shapes import BoxShape, PrismShape, Shape, SphereShape, link_shapes
+from emulator.camera.shapes import Ball, Colour, Convex, Cylinder, Disc, Solid, face, landmark
+from emulator.shell import shell
 
 _YUV: Final = np.array(((0.299, 0.587, 0.114), (-0.168736, -0.331264, 0.5), (0.5, -0.418688, -0.081312)))
 """Full range (ITU-R BT.601, as JFIF has it); which range the robot's has is assumed."""
@@ -106,21 +105,30 @@ _WOOD = (0.83, 0.64, 0.36)
 _WHITE = (0.92, 0.93, 0.92)
 
 
-class CameraScene:
-    """The world around one robot.
+class RobotModel:
+    """A robot with its cameras, as cameras see it: in its shell.
 
     Args:
-        body: data sheet.
+        body: Data sheet.
     """
 
     def __init__(self, body: Body) -> None:
+        self.body = body
         self._tree = joint_tree(body)
         self._cameras = cameras(body)
-        # the cameras are inside the head
-        self._shapes = {link: shape for link, shape in link_shapes(body).items() if link != CAMERA_LINK}
-        self._hulls = {
-            link: ConvexHull(s.vertices) for link, s in self._shapes.items() if isinstance(s, PrismShape)
-        }
+        parts = shell(body)
+        pieces = [(link, piece) for link, own in parts.items() for piece in own]
+        ends = np.cumsum([len(piece.vertices) for _, piece in pieces])
+        counts = [len(piece.faces) for _, piece in pieces]
+        self._vertices = np.concatenate([piece.vertices for _, piece in pieces]).T.copy()
+        self._faces = np.concatenate([piece.faces for _, piece in pieces]).T.copy()
+        self._faces += np.repeat([0, *ends[:-1]], counts)
+        self._colours = np.repeat([piece.colour for _, piece in pieces], counts, axis=0) / 255.0
+        last = np.cumsum([sum(len(piece.vertices) for piece in own) for own in parts.values()]).tolist()
+        self._places = {link: slice(*ends) for link, *ends in zip(parts, [0, *last], last, strict=False)}
+        """Vertices of each link."""
+        of_head = np.repeat([link == CAMERA_LINK for link, _ in pieces], counts)
+        self._headless = np.flatnonzero(~of_head)
 
     def links(self, truth: TruthFrame) -> dict[str, Array]:
         """Frames of all links in the world, (4, 4), by the joint that moves each."""
@@ -136,25 +144,14 @@ class CameraScene:
         H = links[CAMERA_LINK] @ homogeneous(R_pitch(eye.pitch), np.array(eye.place))
         return View(H[:3, 3], H[:3, :3], eye.field)
 
-    def limbs(self, links: dict[str, Array]) -> list[Solid]:
-        """The robot's own parts, without the head."""
-        return [self._limb(link, shape, links[link]) for link, shape in self._shapes.items()]
-
-    def _limb(self, link: str, shape: Shape, H: Array) -> Solid:
-        R, d = H[:3, :3], H[:3, 3]
-        r, g, b, _ = shape.colour
-        colour = (r, g, b)
-        if isinstance(shape, PrismShape):
-            equations, corners = self._hulls[link].equations, shape.vertices @ R.T + d
-            normals = equations[:, :3] @ R.T
-            return Convex(corners, normals, normals @ d - equations[:, 3], colour)
-        centre = R @ shape.centre + d
-        if isinstance(shape, SphereShape):
-            return Ball(centre, shape.radius, colour)
-        if isinstance(shape, BoxShape):
-            return box(centre, R, np.array(shape.half), colour)
-        half = 0.5 * shape.length * (R @ matrix(shape.orientation)[:, 2])
-        return Capsule(centre - half, centre + half, shape.radius, colour)
+    def mesh(self, links: dict[str, Array], *, head: bool = True) -> Mesh:
+        """The shell; without the head for the robot's own cameras, which are inside it."""
+        vertices = np.empty_like(self._vertices)
+        for link, place in self._places.items():
+            H = links[link]
+            vertices[:, place] = H[:3, :3] @ self._vertices[:, place] + H[:3, 3:]
+        shown = slice(None) if head else self._headless
+        return Mesh(vertices, self._faces[:, shown], self._colours[shown], links[TORSO][None, :3, 3])
 
 
 def floor_of(world: WorldReply, field: PaintedField | None = None) -> Floor:

@@ -22,8 +22,8 @@ _SPOT: Final = 0.93
 """Cosine of the angle from the middle of a ball's spot to its edge."""
 
 
-class Solid(Protocol):
-    """A visible shape."""
+class Bounded(Protocol):
+    """Something with a place."""
 
     @property
     def hull(self) -> Array:
@@ -34,6 +34,10 @@ class Solid(Protocol):
     def radius(self) -> float:
         """See `hull`, m."""
         ...
+
+
+class Solid(Bounded, Protocol):
+    """A visible shape."""
 
     def intersect(self, eye: Array, rays: Array) -> Array:
         """Depth of each ray's first intersection, infinite where there is none.
@@ -62,7 +66,7 @@ class Ball:
 
     @property
     def hull(self) -> Array:
-        """See `Solid`."""
+        """See `Bounded`."""
         return self.centre[None]
 
     def intersect(self, eye: Array, rays: Array) -> Array:
@@ -79,42 +83,6 @@ class Ball:
 
 
 @dataclass(frozen=True)
-class Capsule:
-    """All points within `radius` of a line from `begin` to `end`."""
-
-    begin: Array
-    end: Array
-    radius: float
-    colour: Colour
-
-    @property
-    def hull(self) -> Array:
-        """See `Solid`."""
-        return np.stack((self.begin, self.end))
-
-    def intersect(self, eye: Array, rays: Array) -> Array:
-        """See `Solid`."""
-        way = self.end - self.begin
-        length = float(np.linalg.norm(way))
-        axis = way / length
-        from_begin = eye - self.begin
-        across = rays - (rays @ axis)[..., None] * axis
-        depth = _first_root(across, from_begin - (from_begin @ axis) * axis, self.radius)
-        with np.errstate(invalid="ignore"):  # a ray that misses the cylinder has no place along it
-            along = from_begin @ axis + depth * (rays @ axis)
-            depth = np.where((along >= 0.0) & (along <= length), depth, np.inf)
-        for end in (self.begin, self.end):
-            depth = np.minimum(depth, _first_root(rays, eye - end, self.radius))
-        return depth
-
-    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
-        """See `Solid`."""
-        way = self.end - self.begin
-        along = np.clip((points - self.begin) @ way / (way @ way), 0.0, 1.0)
-        return _plain(self.colour, points), (points - self.begin - along[:, None] * way) / self.radius
-
-
-@dataclass(frozen=True)
 class Cylinder:
     """All points within `radius` of an axis, between two flat ends."""
 
@@ -128,7 +96,7 @@ class Cylinder:
 
     @property
     def hull(self) -> Array:
-        """See `Solid`."""
+        """See `Bounded`."""
         return np.stack((self.centre - self.half, self.centre + self.half))
 
     def intersect(self, eye: Array, rays: Array) -> Array:
@@ -208,7 +176,7 @@ class Disc:
 
     @property
     def hull(self) -> Array:
-        """See `Solid`."""
+        """See `Bounded`."""
         return self.centre[None]
 
     def intersect(self, eye: Array, rays: Array) -> Array:
@@ -229,11 +197,11 @@ class Disc:
         return self.paint(apart @ right, apart @ up), np.broadcast_to(self.facing, points.shape)
 
 
-def window(solid: Solid, eye: Array, R: Array, slopes: Array) -> tuple[float, float, float, float] | None:
+def window(solid: Bounded, eye: Array, R: Array, slopes: Array) -> tuple[float, float, float, float] | None:
     """Bounds of a solid in the camera's plane at depth 1: left, right, up and down; None: outside the picture.
 
     Args:
-        solid: visible one.
+        solid: the visible one.
         eye: the camera, world frame, m.
         R: camera to world.
         slopes: largest of the picture to the left and upward, (2,).

@@ -28,7 +28,7 @@ class ScenarioField(ScenarioTable, frozen=True, kw_only=True):
     width: Metres
     """Between the touchlines."""
     border: Metres = 0.7
-    """Of the carpet outside the lines."""
+    """Width of the carpet outside the lines."""
     line: Metres = 0.05
     """Width of a line."""
     circle: Metres = 1.5

@@ -7,8 +7,8 @@ from typing import Annotated, Final, Literal, get_args
 import msgspec
 
 from bridge.body.postures import POSTURES
-from bridge.messages.world import Friction, SolidShape, StartName, ThingKind
-from bridge.types import Vec2
+from bridge.messages.world import Friction, SolidShape, StartName, ThingKind, solid_fault
+from bridge.types import Bounded, Vec2
 from bridge.validation import unknown_name
 
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
@@ -53,8 +53,8 @@ class Start(ScenarioTable, frozen=True, kw_only=True):
     """`stand`: in `posture`, its soles parallel to the floor; or sitting, lying, hanging, see
     `emulator.start.START_POSES`."""
     posture: str = "StandInit"
-    x: float = 0.0
-    y: float = 0.0
+    x: Bounded = 0.0
+    y: Bounded = 0.0
     yaw: Degrees = 0.0
 
     def __post_init__(self) -> None:
@@ -78,6 +78,12 @@ class PlacedBox(ScenarioTable, frozen=True, kw_only=True):
     mass: NotNegative = 0.0
     """0: fixed on the floor."""
     friction: Friction | None = None
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a size or a mass that the shape cannot have."""
+        if fault := solid_fault(self.shape, self.size, self.mass):
+            raise ValueError(fault.rstrip("."))
+
     """Against the soles; none: as the floor."""
 
 

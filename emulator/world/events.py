@@ -10,33 +10,31 @@ from typing import Final
 from bridge.body import TORSO
 from bridge.errors import FrameError
 from bridge.messages.world import (
-    PlaceBox,
+    PlaceObject,
     PlaceThing,
     PlateUnderFoot,
     Push,
     Remove,
     SetFriction,
-    SolidShape,
     SwingPendulum,
     TiltFloor,
     min_tilt_duration,
 )
-from bridge.messages.world_state import WorldObject
-from bridge.rotations import planar_point
+from bridge.planar import Pose2D
 from bridge.types import Side, Vec2, Vec3
+from bridge.validation import suggestion
 from emulator.engine.base import Multibody
 from emulator.engine.shapes import FOOT_LINKS, sole_points
-from emulator.engine.values import Ball, Box, Pole
+from emulator.engine.values import Box
 from emulator.poses import Pose, point_of
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, PendulumStrike
-from emulator.world.world import World, edges, solid
+from emulator.world.world import World, solid
 
 PLATE_GAP: Final = 0.001
 """Air between a lifted sole and the plate that appears under it, m."""
-SHAPES: Final[dict[type, SolidShape]] = {Box: "box", Ball: "ball", Pole: "pole"}
 _SIDES: Final[dict[str, tuple[Side, ...]]] = {"left": ("L",), "right": ("R",), "swing": ("L", "R")}
 _FOOT: Final = {"L": "left", "R": "right"}
-WorldEvent = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
+WorldEvent = Push | PlaceObject | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
 """Commands that an `EventExecutor` carries out."""
 
 
@@ -86,7 +84,7 @@ class WaitingPlates:
         ahead = world.to_floor(point_of(foot, (1.0, 0.0, 0.0)))
         here = world.to_floor(foot.position)
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
-        at = planar_point((x, y, yaw), plate.shift)
+        at = Pose2D(x, y, yaw).point(*plate.shift)
         try:
             world.add_object(plate.name, Box(plate.size), at, yaw + plate.yaw, height=0.0, beside_robot=True)
         except FrameError as error:  # it reaches into the other foot
@@ -158,7 +156,7 @@ class EventExecutor:
         """
         if isinstance(command, Push):
             text = self._push(command)
-        elif isinstance(command, PlaceBox):
+        elif isinstance(command, PlaceObject):
             text = self._place(command)
         elif isinstance(command, PlaceThing):
             text = self._place_thing(command)
@@ -177,20 +175,6 @@ class EventExecutor:
         self._notify("world", text)
         return text
 
-    def objects(self) -> tuple[WorldObject, ...]:
-        """All objects by name at their present poses."""
-        return tuple(
-            WorldObject(
-                name=name,
-                shape=SHAPES[type(shape)],
-                size=edges(shape),
-                position=(state := thing.state()).position,
-                orientation=state.orientation,
-                mass=shape.mass,
-            )
-            for name, (shape, thing) in self._world.objects.items()
-        )
-
     def _heading(self) -> tuple[Vec3, float]:
         """Torso's origin, and its heading in the world, rad."""
         torso = self._robot.state()
@@ -201,7 +185,7 @@ class EventExecutor:
         steps = max(1, round(command.duration / self._dt))
         _, heading = self._heading()
         x, y, z = (part / (steps * self._dt) for part in command.impulse)
-        force = (*planar_point((0.0, 0.0, heading), (x, y)), z)
+        force = (*Pose2D(yaw=heading).point(x, y), z)
         robot = self._robot
         movable = [name for name, (shape, _) in self._world.objects.items() if shape.mass > 0.0]
         if target in (TORSO, *robot.joints):
@@ -209,12 +193,15 @@ class EventExecutor:
         elif target in movable:
             self._actions.append(BoxPush(self._world, target, force, steps))
         else:
-            known = ", ".join((TORSO, *robot.joints, *movable))
-            raise FrameError(f"Nothing called `{target}` can be pushed; there are {known}.")
+            near = suggestion(target, (TORSO, *robot.joints, *movable))
+            objects = f"movable objects ({', '.join(movable) or 'none is there'})"
+            raise FrameError(
+                f"Nothing called `{target}` can be pushed{near}; the Torso, links of joints and {objects} can."
+            )
         size = math.sqrt(sum(part * part for part in command.impulse))
         return f"{target} is pushed with {size:.3g} N s over {steps * self._dt:.3g} s."
 
-    def _place(self, command: PlaceBox) -> str:
+    def _place(self, command: PlaceObject) -> str:
         world, name = self._world, command.name
         if name in world.things:
             raise FrameError(f"`{name}` is a {world.things[name].kind}; give the {command.shape} another name.")
@@ -230,7 +217,7 @@ class EventExecutor:
             return at, yaw
         position, heading = self._heading()
         x, y = self._below(position)[:2]
-        return planar_point((x, y, heading), at), yaw + heading
+        return Pose2D(x, y, heading).point(*at), yaw + heading
 
     def _place_thing(self, command: PlaceThing) -> str:
         world, name, kind = self._world, command.name, command.kind

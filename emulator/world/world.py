@@ -22,9 +22,18 @@ from typing import Final, NamedTuple, Protocol, get_args
 from bridge.body import Body
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, SensorFrame
-from bridge.messages.world import THING_HEIGHT, THING_SIZES, SolidShape, ThingKind
-from bridge.messages.world_state import Terrain, WorldThing
-from bridge.rotations import planar_point
+from bridge.messages.game import GameReport
+from bridge.messages.world import (
+    LEAGUE_BALL_DIAMETER,
+    LEAGUE_BALL_MASS,
+    THING_HEIGHT,
+    THING_SIZES,
+    SolidShape,
+    ThingKind,
+    solid_fault,
+)
+from bridge.messages.world_state import Terrain, WorldObject, WorldThing
+from bridge.planar import Pose2D
 from bridge.types import Vec2, Vec3
 from bridge.validation import unknown_name
 from emulator.engine.base import Engine, Multibody, Thing
@@ -46,10 +55,9 @@ _OVERLAP: Final = 1e-4
 """Depth from which an object counts as standing inside a robot, m."""
 
 
-LEAGUE_BALL: Final = Ball(radius=0.05, mass=0.044, rolling=0.30)
-"""The ball of the Standard Platform League: 100 mm and 44 g (rules since 2016; Webots' `SPLBall`). It loses
-0.30 m/s^2 on the league's turf by the configuration of the team NomadZ (2024); B-Human once had 0.13 on carpet.
-Both take the deceleration to be constant."""
+LEAGUE_BALL: Final = Ball(radius=0.5 * LEAGUE_BALL_DIAMETER, mass=LEAGUE_BALL_MASS, rolling=0.30)
+"""The ball of the Standard Platform League. It loses 0.30 m/s^2 on the league's turf by the configuration of
+the team NomadZ (2024); B-Human once had 0.13 on carpet. Both take the deceleration to be constant."""
 
 
 def solid(shape: SolidShape, size: Vec3, mass: float, friction: float | None) -> Solid:
@@ -66,17 +74,13 @@ def solid(shape: SolidShape, size: Vec3, mass: float, friction: float | None) ->
     """
     if shape not in (known := get_args(SolidShape)):
         raise FrameError(unknown_name("shape", shape, known))
-    x, y, z = size
+    if fault := solid_fault(shape, size, mass):
+        raise FrameError(fault)
     if shape == "box":
         return Box(size, mass, friction)
-    if x != y or (shape == "ball" and x != z):
-        right = "three times its diameter" if shape == "ball" else "twice its diameter, and its height"
-        raise FrameError(f"The size of a {shape} is {right}, not {x:g} x {y:g} x {z:g} m.")
     if shape == "pole":
-        return Pole(x / 2.0, z, mass, friction)
-    if mass <= 0.0:
-        raise FrameError(f"A ball rolls and needs a mass; that of the league has {LEAGUE_BALL.mass:g} kg.")
-    return Ball(x / 2.0, mass, LEAGUE_BALL.rolling, friction)
+        return Pole(size[0] / 2.0, size[2], mass, friction)
+    return Ball(size[0] / 2.0, mass, LEAGUE_BALL.rolling, friction)
 
 
 def edges(shape: Solid) -> Vec3:
@@ -85,6 +89,9 @@ def edges(shape: Solid) -> Vec3:
         return shape.size
     wide = 2.0 * shape.radius
     return wide, wide, wide if isinstance(shape, Ball) else shape.height
+
+
+_NAMES: Final[dict[type, SolidShape]] = {Box: "box", Ball: "ball", Pole: "pole"}
 
 
 class WorldBody(NamedTuple):
@@ -114,6 +121,8 @@ class Inhabitant(Protocol):
     name: str
     body: Body
     multibody: Multibody
+    player: tuple[int, int] | None
+    """Number of its team, and its own there, in the league's games."""
     settle: int
     """Cycles in which it settles into its start pose."""
 
@@ -135,6 +144,9 @@ class Inhabitant(Protocol):
     def end_cycle(self) -> SensorFrame:
         """The cycle has ended; the newest frame."""
 
+    def report_game(self, report: GameReport) -> None:
+        """The GameController reports the league's game."""
+
 
 class World:
     """Physics, clock, floor and objects, and the robots that live with them.
@@ -152,11 +164,16 @@ class World:
     def __init__(self, engine: Engine, surface: Surface = WOOD, roll: float = 0.0, pitch: float = 0.0) -> None:
         self.engine = engine
         self.objects: dict[str, WorldBody] = {}
+        self._fixed_from_start: set[str] = set()
+        """Names of the objects that stay where the scenario has them."""
         """By name."""
         self.robots: list[Inhabitant] = []
         """In the order in which they were added."""
         self.again: Callable[[], World] | None = None
         """Makes the same world as it was at its beginning, without robots."""
+        self.referee: Callable[[float], GameReport | None] | None = None
+        """Reports the league's game at a time of the world, s; None of it: nothing new is due."""
+        self._cycles = 0
         self.ahead = False
         """The physics of the present cycle has run already."""
         self.things: dict[str, VisibleThing] = {}
@@ -177,7 +194,7 @@ class World:
         """Let a robot live here.
 
         Raises:
-            ConfigurationError: its cycle is not the others', or its name is taken.
+            ConfigurationError: its cycle is not the others', or its name or number is taken.
         """
         for other in self.robots:
             if other.body.cycle != robot.body.cycle:
@@ -187,6 +204,9 @@ class World:
                 )
             if other.name == robot.name:
                 raise ConfigurationError(f"Two robots are called `{robot.name}`; give each a name of its own.")
+            if robot.player is not None and other.player == robot.player:
+                team, number = robot.player
+                raise ConfigurationError(f"Two robots are player {number} of team {team}; give each a number.")
         self.robots.append(robot)
 
     def require_room(self, robot: Inhabitant, *, movable: bool = True) -> None:
@@ -213,12 +233,14 @@ class World:
 
     def start(self) -> None:
         """Let the robots settle into their start poses; then the time begins."""
+        self._fixed_from_start = {name for name, (shape, _) in self.objects.items() if shape.mass <= 0.0}
         for _ in range(max(robot.settle for robot in self.robots)):
             self.run_physics()
             for robot in self.robots:
                 robot.measure()
         for robot in self.robots:
             robot.begin_run()
+        self._ask_referee()
 
     def run_physics(self) -> None:
         """Run the physics of a cycle."""
@@ -248,6 +270,30 @@ class World:
         for robot in self.robots:
             robot.end_cycle()
         self.ahead = False
+        self._cycles += 1
+        self._ask_referee()
+
+    def _ask_referee(self) -> None:
+        if self.referee is not None:
+            report = self.referee(self._cycles * self.robots[0].body.cycle)
+            if report is not None:
+                self._report(report)
+
+    def _report(self, report: GameReport) -> None:
+        for robot in self.robots:
+            robot.report_game(report)
+
+    def report_game(self, report: GameReport) -> None:
+        """Report the league's game to all robots.
+
+        Raises:
+            FrameError: the world has a referee, whose report holds.
+        """
+        if self.referee is not None:
+            raise FrameError(
+                "This world has a referee of its own; start it without --game for a GameController."
+            )
+        self._report(report)
 
     def run_ahead(self) -> None:
         """Run the physics of the cycle that begins now, before its commands are there.
@@ -348,21 +394,23 @@ class World:
             height = max(self.ground(_footprint(size, at, yaw)))
         pose = Pose((at[0], at[1], height + size[2] / 2.0), quaternion(yaw=yaw))
         self.objects[name] = WorldBody(shape, self.engine.add(shape, pose))
-        if beside_robot and self.in_robot(name):
+        self._fixed_from_start.discard(name)
+        if beside_robot and (robot := self.robot_at(name)):
             self.remove_object(name)
             if before is not None:
                 self._put_back(name, *before)
-            raise FrameError(f"`{name}` would stand inside the robot; give it another place.")
+            raise FrameError(f"`{name}` would stand inside robot `{robot}`; give it another place.")
 
-    def in_robot(self, name: str) -> bool:
-        """Whether an object overlaps a robot."""
+    def robot_at(self, name: str) -> str:
+        """Name of a robot that an object overlaps; empty: none."""
         thing = self.objects[name].thing
-        return any(self.engine.overlap(robot, thing) > _OVERLAP for robot in self.engine.robots)
+        overlapping = (r.name for r in self.robots if self.engine.overlap(r.multibody, thing) > _OVERLAP)
+        return next(overlapping, "")
 
     def clear_robots(self) -> tuple[str, ...]:
         """Remove the movable objects that overlap a robot after it is placed; their names."""
         within = tuple(
-            name for name, (shape, _) in self.objects.items() if shape.mass > 0.0 and self.in_robot(name)
+            name for name, (shape, _) in self.objects.items() if shape.mass > 0.0 and self.robot_at(name)
         )
         for name in within:
             self.remove_object(name)
@@ -403,6 +451,21 @@ class World:
             for name, thing in self.things.items()
         )
 
+    def object_states(self, *, recorded: bool = False) -> tuple[WorldObject, ...]:
+        """All objects, or those of the ground truth: movable ones, and fixed ones that came after the start."""
+        return tuple(
+            WorldObject(
+                name=name,
+                shape=_NAMES[type(shape)],
+                size=edges(shape),
+                position=(state := thing.state()).position,
+                orientation=state.orientation,
+                mass=shape.mass,
+            )
+            for name, (shape, thing) in self.objects.items()
+            if not recorded or name not in self._fixed_from_start
+        )
+
     def remove_object(self, name: str) -> bool:
         """Take an object away; False when there is none."""
         thing = self.objects.pop(name, None)
@@ -414,5 +477,5 @@ class World:
 def _footprint(size: Vec3, at: Vec2, yaw: float) -> list[Vec2]:
     """Middle and corners of a box's bottom; the corners a little inside, so that neighbours do not count."""
     inside = (-0.499, 0.499)
-    corners = [planar_point((*at, yaw), (sx * size[0], sy * size[1])) for sx in inside for sy in inside]
+    corners = [Pose2D(*at, yaw).point(sx * size[0], sy * size[1]) for sx in inside for sy in inside]
     return [at, *corners]

@@ -49,6 +49,9 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
             ConfigurationError: an unknown quantity or an impossible value.
         """
         config = from_dict(self.base, "base", RunConfig)
+        for name, values in self.axes.items():
+            if any(value in values[:i] for i, value in enumerate(values)):
+                raise ConfigurationError(f"axes: {name} has a value twice; it would be compared with itself.")
         count = math.prod(len(values) for values in self.axes.values())
         if count > MAX_CELLS:
             raise ConfigurationError(f"axes: {count} combinations; at most {MAX_CELLS} are walked.")

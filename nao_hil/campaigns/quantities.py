@@ -16,6 +16,7 @@ from emulator.scenarios import Scenario, load_scenario
 from emulator.scenarios.events import PushEvent
 from emulator.wear import WearProfile, load_wear
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.neighbours import Neighbour
 from nao_hil.runs.walk import Walk
 from walker.gaits import gait_parameters
 from walker.parameters import controller_parameters
@@ -30,9 +31,9 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
 
     Args:
         task: The walk.
-        name: One of `QUANTITIES`; `duration`; or a path: a field of the configuration such as `gait`, `wear`,
-            `parameters.S_a0`, `controller.switches.torso`; `scenario` or `scenario.floor.friction`;
-            `wear.servo.delay`; `body.lengths.TibiaLength`.
+        name: One of `QUANTITIES`; `duration`; `neighbours`; or a path: a field of the configuration such as
+            `gait`, `wear`, `parameters.S_a0`, `controller.switches.torso`; `scenario` or
+            `scenario.floor.friction`; `wear.servo.delay`; `body.lengths.TibiaLength`.
         value: Of it, in the unit of its table.
 
     Raises:
@@ -43,6 +44,8 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
     head, _, rest = name.partition(".")
     if name == "duration":
         return msgspec.structs.replace(task, duration=_checked(name, value, _Duration))
+    if name == "neighbours":
+        return msgspec.structs.replace(task, neighbours=_checked(name, value, tuple[Neighbour, ...]))
     if head == "scenario":
         if not rest:
             return msgspec.structs.replace(task, scenario=load_scenario(_checked(name, value, str)))
@@ -56,7 +59,7 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
         check_body(body)
         return msgspec.structs.replace(task, body=body)
     if head not in RunConfig.__struct_fields__:
-        known = (*RunConfig.__struct_fields__, "body", *QUANTITIES)
+        known = (*RunConfig.__struct_fields__, "body", "neighbours", *QUANTITIES)
         raise ConfigurationError(unknown_name("quantity", head, known))
     config = _set(task.config, "configuration", name, value, RunConfig)
     if head in ("gait", "parameters", "controller"):

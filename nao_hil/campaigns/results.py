@@ -61,16 +61,26 @@ def ask(query: str, folder: Path) -> QueryResult:
         f"regexp_replace(filename, '(/journal)?/[^/]*$', '') AS folder FROM ({' UNION ALL '.join(sources)}) "
         "WHERE key IS NOT NULL"
     )
-    with duckdb.connect() as connection:
+    # Its threads spin while they wait: with fewer processors than threads a question takes minutes.
+    with duckdb.connect(config={"threads": 1}) as connection:
         connection.create_function("mcnemar", mcnemar, ["BIGINT", "BIGINT"], "DOUBLE")
-        connection.execute(view)
+        try:
+            connection.execute(view)
+        except duckdb.Error as error:
+            reason = str(error).splitlines()[0]
+            raise ConfigurationError(
+                f"{folder}: some walks cannot be read ({reason}); without that file they are walked again."
+            ) from None
         try:
             statements = connection.extract_statements(query)
             if not statements:
                 raise ConfigurationError("the query is empty; ask such as `SELECT count(*) FROM walks`.")
-            for kind in (statement.type.name for statement in statements):
+            asked = [statement.type.name for statement in statements]
+            for kind in asked:
                 if kind not in _READS:
                     raise ConfigurationError(f"the query is a {kind}; results only answers, ask with SELECT.")
+            if asked.count("SELECT") > 1:
+                raise ConfigurationError("the query asks more than once; only one SELECT is answered.")
             answer = connection.execute(query)
             columns = [column[0] for column in answer.description or []]
             return QueryResult(columns, answer.fetchall())

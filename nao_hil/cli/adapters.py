@@ -1,4 +1,4 @@
-"""`nao-hil serve` and `nao-hil bridge`: both ends of LoLA's socket and of NAOqi."""
+"""`nao-hil serve` and `nao-hil bridge`: both ends of LoLA's socket and of NAOqi, and the GameController."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
+from bridge.adapters.gamecontroller.packets import DATA_PORT, RETURN_PORT
+from bridge.adapters.gamecontroller.server import GameControllerServer, open_sockets
 from bridge.adapters.lola.address import listen, parse_address, remove
 from bridge.adapters.lola.bridge import LolaBridge
 from bridge.adapters.lola.codec import DEFAULT_SOCKET
@@ -226,6 +228,31 @@ def serve_naoqi(
         )
         server.run()
     return Answer({"calls": server.calls})
+
+
+def serve_gamecontroller(
+    listen: Annotated[
+        str,
+        typer.Option("--listen", help="Where the packets of the GameController arrive.", metavar="HOST:PORT"),
+    ] = f"127.0.0.1:{DATA_PORT}",
+    return_port: Annotated[
+        int, typer.Option("--return-port", min=1, max=65535, help="Of the GameController, for return packets.")
+    ] = RETURN_PORT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+) -> Answer:
+    """Let the emulated robots of the link take part in a game of the RoboCup SPL's GameController.
+
+    Beyond loopback the address ends with `#open`: everyone on the network can then call the game.
+
+    Example: nao-hil serve gamecontroller
+
+    Example: nao-hil serve gamecontroller --listen 0.0.0.0:3838#open
+    """
+    address = parse_address(split_open(listen, lambda plain: parse_address(plain).host))
+    log_to_stderr()
+    stop = stop_event()
+    with GameControllerServer(connect, open_sockets(address), return_port, stop.is_set) as server:
+        return Answer(server.run())
 
 
 def _full(gait: str) -> Vec3:

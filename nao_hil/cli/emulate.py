@@ -11,6 +11,7 @@ import msgspec
 import typer
 from rich.console import Console
 
+from bridge.adapters.gamecontroller.referee import Referee, Schedule, load_schedule
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.host import robot_info
@@ -53,7 +54,17 @@ def emulate(
         Path | None,
         typer.Option(
             "--world",
-            help="File that lists the robots of one world (TOML: name, robot, wear, seed, start, at, yaw).",
+            help="File that lists the robots of one world (TOML: name, robot, wear, seed, start, at, yaw, "
+            "team, player).",
+            metavar="FILE",
+            show_default=False,
+        ),
+    ] = None,
+    game: Annotated[
+        Path | None,
+        typer.Option(
+            "--game",
+            help="Schedule of a game of the league (TOML): a referee on the world's time calls it.",
             metavar="FILE",
             show_default=False,
         ),
@@ -77,13 +88,19 @@ def emulate(
     stop = stop_event()
     link = _Link(listen, disarmed, dry_run, out, overwrite)
     found = members(settings, name, robots, world)
-    return Answer(_run(found, settings, link, realtime_priority, stop, console))
+    schedule = None if game is None else load_schedule(game)
+    if schedule is not None and not any(member.player for member in found):
+        raise ConfigurationError(
+            "--game: no robot plays; give robots `team` and `player` in the file of --world."
+        )
+    return Answer(_run(found, settings, link, schedule, realtime_priority, stop, console))
 
 
 def _run(
     found: list[Member],
     settings: RunConfig,
     link: _Link,
+    schedule: Schedule | None,
     priority: bool,
     stop: threading.Event,
     console: Console,
@@ -98,12 +115,18 @@ def _run(
 
     scenario = load_scenario(settings.scenario)
     world = build_world(settings.engine, SETTINGS, scenario, settings.seed)
-    robots = [build_robot(config, scenario, name=name, at=at, world=world) for name, config, at in found]
+    robots = [
+        build_robot(config, scenario, name=name, at=at, player=player, world=world)
+        for name, config, at, player in found
+    ]
+    referee = world.referee = None if schedule is None else Referee(schedule, sends=True)
     world.start()
     for robot in robots:
         require_upright(robot)
-    statistics = [RunStatistics(config.seed, config.engine) for _, config, _ in found]
+    statistics = [RunStatistics(config.seed, config.engine) for _, config, *_ in found]
     with ExitStack() as opened:
+        if referee is not None:
+            opened.callback(referee.close)
         sides, directories = _open(opened, found, robots, statistics, link)
         for directory in directories:
             directory.write_scenario(scenario)
@@ -120,14 +143,15 @@ def _run(
         else:
             process.lockstep()
         summaries = {}
-        for (name, config, _), own, side in zip(found, statistics, sides, strict=True):
+        for (name, config, *_), own, side in zip(found, statistics, sides, strict=True):
             summary: dict[str, Any] = msgspec.to_builtins(own.summary(process.wall_seconds))
             if settings.mode == "real-time":
                 times = timer.times
                 summary["timing"] = msgspec.to_builtins(times)
                 summary["starved"] = starved(summary["cycles"], summary["cycles_missed"], times.skipped)
                 if summary["starved"]:
-                    console.print(summary["starved"], highlight=False)
+                    whose = f"{name}: " if len(found) > 1 else ""
+                    console.print(whose + summary["starved"], highlight=False)
             summary["commands_refused"] = side.link.refused
             summaries[name] = summary | {"config": msgspec.to_builtins(config)}
     robots[0].world.engine.close()
@@ -152,15 +176,15 @@ def _open(
 
     software = f"nao-hil {__version__}"
     links: list[RobotLink] = []
-    for (name, config, _), robot in zip(found, robots, strict=True):
+    for (name, config, *_), robot in zip(found, robots, strict=True):
         info = robot_info(robot.body, robot=name, side="emulator", mode=config.mode, software=software)
         first = links[0] if links else None
         links.append(opened.enter_context(RobotLink(info, link.listen, announced=False, beside=first)))
     # the run can begin: the folders keep their content until here
     whole = RunDirectory(link.out)
-    directories = [whole] if len(found) == 1 else [RunDirectory(whole.path / name) for name, _, _ in found]
+    directories = [whole] if len(found) == 1 else [RunDirectory(whole.path / name) for name, *_ in found]
     sides = []
-    for (_, config, _), robot, own, side, directory in zip(
+    for (_, config, *_), robot, own, side, directory in zip(
         found, robots, statistics, links, directories, strict=True
     ):
         directory.clear(overwrite=link.overwrite)

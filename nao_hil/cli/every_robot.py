@@ -41,7 +41,7 @@ def for_every_robot(
 
     Raises:
         ConfigurationError: a name was given.
-        LinkError: one of the processes ended by itself; the others are ended then.
+        LinkError: processes ended by themselves; raised at the end, which the others do not bring about.
     """
     if name != DEFAULT_ROBOT:
         raise ConfigurationError(f"--all serves every robot, --name {name} one: leave one of them out.")
@@ -57,9 +57,14 @@ def for_every_robot(
             command = [*words, "--name", robot, "--connect", connect, "--json"]
             children.append(Child(robot, command, Path(folder)))
         shown = dict.fromkeys(names, 0)
-        while not stop.wait(_LOOK) and all(child.running for child in children):
+        ended: list[Child] = []
+        while not stop.wait(_LOOK) and len(ended) < len(children):
+            new = [child for child in children if not child.running and child not in ended]
             _show(children, shown)
-        ended = [] if stop.is_set() else [child for child in children if not child.running]
+            for child in new:
+                rest = ", ".join(c.name for c in children if c.running) or "none"
+                open_console().print(f"{child.name}: has ended; there are still: {rest}", highlight=False)
+            ended += new
         for child in children:
             child.ask_to_end()
         outcomes = {child.name: child.end(_GRACE) for child in children}

@@ -59,6 +59,8 @@ def folder(
 
     from emulator.export.folder import draw_model, model_folder
 
+    if out.exists() and not out.is_dir():
+        raise ConfigurationError(f"{out} is a file; --out names a folder.")
     texts = {form: _text(form, robot, wear) for form in ("mjcf", "urdf")}
     (body, profile, model), (_, _, urdf_text) = texts["mjcf"], texts["urdf"]
     licence = next((f for f in distribution("nao-hil").files or () if f.name == "LICENSE"), None)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
@@ -76,8 +76,12 @@ COMMANDS: Final = {
 """Command -> module of this package and function in it."""
 GROUPS: Final = {
     "serve": (
-        "Let a robot on the link pose as a NAO for programs written for one.",
-        {"lola": "adapters:serve_lola", "naoqi": "adapters:serve_naoqi"},
+        "Let a robot on the link pose as a NAO for programs written for one, and for a GameController.",
+        {
+            "lola": "adapters:serve_lola",
+            "naoqi": "adapters:serve_naoqi",
+            "gamecontroller": "adapters:serve_gamecontroller",
+        },
     ),
     "bridge": (
         "Put a real NAO on the link.",
@@ -90,7 +94,8 @@ GROUPS: Final = {
     "world": (
         "Put things before the cameras of an emulated robot, press its buttons, reset it.",
         {
-            "ball": "world:ball",
+            "place": "world:place",
+            "red-ball": "world:red_ball",
             "landmark": "world:landmark",
             "face": "world:face",
             "remove": "world:remove",
@@ -178,11 +183,33 @@ def _application(arguments: list[str]) -> typer.Typer:
     return app
 
 
+class _NegativeNumbers(TyperCommand):
+    """A command whose arguments may be negative numbers, as a coordinate is."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        known = {option for each in self.params for option in (*each.opts, *each.secondary_opts)}
+        unknown = {arg for arg in args if arg.startswith("-") and arg.partition("=")[0] not in known}
+        numbers = set(filter(_is_number, unknown))
+        if ctx.allow_interspersed_args and numbers:
+            ctx.ignore_unknown_options = numbers == unknown
+            if numbers != unknown:  # so that the option at fault is named, and not a number
+                args = ["0" if arg in numbers else arg for arg in args]
+        return super().parse_args(ctx, args)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _add(app: typer.Typer, name: str, place: str, panel: str | None = None) -> None:
     module, _, function = place.partition(":")
     run = with_shared_options(getattr(import_module(f"nao_hil.cli.{module}"), function))
     settings = {"allow_interspersed_args": name != "run-naoqi"}
-    app.command(name, context_settings=settings, rich_help_panel=panel)(run)
+    app.command(name, cls=_NegativeNumbers, context_settings=settings, rich_help_panel=panel)(run)
 
 
 def main(arguments: list[str] | None = None, interrupt: Any = None) -> None:

@@ -187,7 +187,7 @@ Target = Annotated[
     typer.Option(
         "--to",
         help="Walk to a place, by the odometry: forward and to the left, m, and turn, rad (-3.14 to 3.14). "
-        "Gait `omni` only. With --velocity as fast as that; --steps ends it sooner.",
+        "Gaits that follow a velocity. With --velocity as fast as that; --steps ends it sooner.",
         metavar="X Y TURN",
     ),
 ]

@@ -16,7 +16,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.playback import recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
-from nao_hil.cli.console import Answer, open_console
+from nao_hil.cli.console import Answer, log_to_stderr, open_console
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import robot_scene
 
@@ -52,6 +52,7 @@ def record(
     if out is not None and out.exists():
         raise ConfigurationError(f"{out}: there is such a file already; give another with --out, or remove it.")
     console = open_console()
+    log_to_stderr()
     stop = stop_event()
     waiting = f"waiting for robot `{name}` at {connect}"
     if not console.is_terminal:  # where `status` shows nothing

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,10 +53,11 @@ def up(
     """
     # imported late: the walk needs SciPy, which help and completion need not wait for
     with loading():
+        from emulator.scenarios import load_scenario
         from nao_hil.runs.build import clipped_velocity
 
         settings = chosen_engine(settings, open_console())
-    lies = settings.start.startswith("lie-")
+    lies = (settings.start or load_scenario(settings.scenario).start.pose).startswith("lie-")
     if recover is None:
         recover = serve or settings.recover or lies
     if recover and lies and "back" not in get_up_motions(load_body(settings.robot)):
@@ -205,9 +205,7 @@ def _in_process(settings: RunConfig, directory: RunDirectory) -> Answer:
     interrupted = stop.is_set()
     data = msgspec.to_builtins(summary) | {"config": msgspec.to_builtins(settings)}
     data = conclude(data, directory, console, interrupted=interrupted, target=settings.target)
-    fell = summary.falls > summary.recoveries
-    error = _walk_failed(data, fell=fell)
-    return Answer(data, code=1 if fell else 130 if interrupted else 0, error=error)
+    return _judged(data, interrupted)
 
 
 def _conclude(
@@ -235,10 +233,16 @@ def _conclude(
     summary = conclude(summary, directory, console, interrupted=interrupted, target=settings.target)
     if walker is None:
         return Answer(summary, code=3)
-    fell = summary["falls"] > summary["recoveries"] or walker.code == 1
-    return Answer(
-        summary, code=1 if fell else 130 if interrupted else 0, error=_walk_failed(summary, fell=fell)
-    )
+    return _judged(summary, interrupted, fell=walker.code == 1)
+
+
+def _judged(summary: dict[str, Any], interrupted: bool, *, fell: bool = False) -> Answer:
+    """Summary, exit code and error of a run: 1 if the robot lies at its end, or never stood up."""
+    lies = not (summary["stands"] or summary["steps"] or interrupted)
+    fell = fell or lies or summary["falls"] > summary["recoveries"]
+    failure = summary["failure"]
+    error = WalkFailed(f"The walk ended: {failure}. The robot stands.") if failure and not fell else None
+    return Answer(summary, code=1 if fell else 130 if interrupted else 0, error=error)
 
 
 def _ended_well(outcome: ChildResult) -> bool:
@@ -246,12 +250,6 @@ def _ended_well(outcome: ChildResult) -> bool:
     if outcome.result is None:
         return False
     return outcome.code in (0, 1, 130) or bool(outcome.result.get("failure"))
-
-
-def _walk_failed(summary: Mapping[str, Any], *, fell: bool) -> WalkFailed | None:
-    """The error of a walk that ended before its order, on its feet."""
-    failure = summary["failure"]
-    return WalkFailed(f"The walk ended: {failure}. The robot stands.") if failure and not fell else None
 
 
 def _failure(name: str, outcome: ChildResult) -> NaoHilError:

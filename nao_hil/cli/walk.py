@@ -93,18 +93,31 @@ def walk(
         if service is not None:
             link.serve(WALK_COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
-        result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
+        process = WalkerProcess(link, make, body, _end_on_signals(link), priority, service)
+        error: NaoHilError | None = None
+        try:
+            process.run()
+        except NaoHilError as raised:
+            if not process.result().ticks:
+                raise
+            error = raised
+    result = process.result()
     settings = settings if body else msgspec.structs.replace(settings, robot=result.body)
-    return _answer(result, settings, serve)
+    return _answer(result, settings, serve, error)
 
 
-def _answer(result: WalkResult, settings: RunConfig, serve: bool) -> Answer:
-    """Result, configuration and exit code of a walk."""
-    data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}
+ROBOT_SIDE: Final = ("wear", "engine", "scenario", "start", "mode", "seed", "guard")
+"""Fields of `RunConfig` that are the robot's; its recording has them."""
+
+
+def _answer(result: WalkResult, settings: RunConfig, serve: bool, error: NaoHilError | None) -> Answer:
+    """Result, configuration and exit code of a walk, and the error that ended it."""
+    config = {key: value for key, value in msgspec.to_builtins(settings).items() if key not in ROBOT_SIDE}
+    data = msgspec.to_builtins(result) | {"config": config}
     late = LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
-    worse: NaoHilError | None = late if result.late and not serve and not result.fell else None
+    worse = error or (late if result.late and not serve and not result.fell else None)
     if result.failure and not serve and not result.fell:
-        worse = WalkFailed(f"The walk ended: {result.failure}. The robot stands.")
+        worse = worse or WalkFailed(f"The walk ended: {result.failure}. The robot stands.")
     code = 1 if result.fell else 0 if result.done or serve else 130
     return Answer(data, "" if serve else in_words(result), code, worse)
 

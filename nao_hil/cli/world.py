@@ -1,18 +1,31 @@
-"""`nao-hil world`: things for the cameras of an emulated robot, its buttons, its reset."""
+"""`nao-hil world`: objects and things for the cameras of an emulated robot, its buttons, its reset."""
 
 from __future__ import annotations
 
 import math
 import time
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
 
-from bridge.errors import ConfigurationError
+from bridge.errors import ConfigurationError, FrameError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.client import WorldClient
 from bridge.messages.frames import ELEMENTS
-from bridge.messages.world import PlaceThing, Press, Remove, Reset, Status, ThingKind, WorldCommand
+from bridge.messages.world import (
+    LEAGUE_BALL_DIAMETER,
+    LEAGUE_BALL_MASS,
+    PlaceObject,
+    PlaceThing,
+    Press,
+    Remove,
+    Reset,
+    SolidShape,
+    Status,
+    ThingKind,
+    WorldCommand,
+    require_command,
+)
 from bridge.validation import unknown_name
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer
@@ -26,23 +39,76 @@ Yaw = Annotated[
     typer.Option("--yaw", help="Heading of its front; default: towards the robot.", metavar="DEGREES"),
 ]
 OnFloor = Annotated[
-    bool, typer.Option("--floor", help="X and Y are of the floor, whose origin is where the robot began.")
+    bool,
+    typer.Option("--floor", help="X and Y are of the floor, on whose origin a robot begins."),
 ]
 
 
-def ball(
+def place(
+    shape: Annotated[str, typer.Argument(help="ball, box or pole (an upright cylinder).", metavar="SHAPE")],
     x: X,
     y: Y,
-    ball_name: Annotated[str, typer.Option("--called", help="Its name.", metavar="NAME")] = "ball",
+    object_name: Annotated[
+        str, typer.Option("--called", help="Its name; default: the shape's.", metavar="NAME")
+    ] = "",
+    size: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            "--size",
+            help="Edges of the box around it, m; default: a ball and a box of 0.1, a pole 0.8 high.",
+            metavar="X Y Z",
+        ),
+    ] = None,
+    mass: Annotated[
+        float | None,
+        typer.Option(
+            "--mass", help="kg, 0: fixed; default: that of the league's ball, else fixed.", metavar="KG"
+        ),
+    ] = None,
+    yaw: Annotated[float, typer.Option("--yaw", help="About the vertical.", metavar="DEGREES")] = 0.0,
+    height: Annotated[
+        float | None,
+        typer.Option("--height", help="Of its bottom over the floor, m; default: on the ground.", metavar="M"),
+    ] = None,
+    floor: OnFloor = False,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+) -> Answer:
+    """Place an object that can be touched and kicked; the one of its name is replaced.
+
+    Example: nao-hil world place ball 0.3 0.05
+
+    Example: nao-hil world place box 1.0 0.0 --size 0.2 0.3 0.1 --mass 0.5
+    """
+    if shape not in (known := get_args(SolidShape)):
+        raise ConfigurationError(unknown_name("shape", shape, known))
+    wide = LEAGUE_BALL_DIAMETER
+    command = PlaceObject(
+        name=object_name or shape,
+        shape=cast("SolidShape", shape),
+        size=size or (wide, wide, 0.8 if shape == "pole" else wide),
+        at=(x, y),
+        yaw=math.radians(yaw),
+        height=height,
+        mass=(LEAGUE_BALL_MASS if shape == "ball" else 0.0) if mass is None else mass,
+        frame="floor" if floor else "robot",
+    )
+    return _send(command, name, connect)
+
+
+def red_ball(
+    x: X,
+    y: Y,
+    ball_name: Annotated[str, typer.Option("--called", help="Its name.", metavar="NAME")] = "red-ball",
     height: Height = None,
     size: Size = None,
     floor: OnFloor = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer:
-    """Put a red ball of 6 cm on the floor.
+    """Show the cameras a red ball of 6 cm, which ALRedBallDetection finds and nothing can touch.
 
-    Example: nao-hil world ball 0.5 0.1
+    Example: nao-hil world red-ball 0.5 0.1
     """
     return _put("ball", ball_name, (x, y), height, None, size, floor, name, connect)
 
@@ -84,11 +150,11 @@ def face(
 
 
 def remove(
-    what: Annotated[str, typer.Argument(help="Name of a thing or of a box.")],
+    what: Annotated[str, typer.Argument(help="Name of a thing or of an object.")],
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer:
-    """Take a thing or a box away.
+    """Take a thing or an object away.
 
     Example: nao-hil world remove ball
     """
@@ -134,14 +200,16 @@ def show(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
 ) -> Answer:
-    """List the boxes and things of the world.
+    """List the objects and things of the world.
 
     Example: nao-hil world list
     """
     with WorldClient(name, connect) as world:
         reply = world.send(Status())
-    things = [("box", box.name, box.position) for box in reply.objects]
-    things += ((thing.kind, thing.name, thing.position) for thing in reply.things)
+    things = [
+        *((thing.shape, thing.name, thing.position) for thing in reply.objects),
+        *((thing.kind, thing.name, thing.position) for thing in reply.things),
+    ]
     lines = (f"{kind} `{called}` at ({', '.join(f'{x:.3f}' for x in at)})" for kind, called, at in things)
     return Answer({"objects": reply.objects, "things": reply.things}, "\n".join(lines))
 
@@ -171,6 +239,10 @@ def _put(
 
 
 def _send(command: WorldCommand, name: str, connect: str) -> Answer:
+    try:
+        require_command(command)
+    except FrameError as error:  # what was typed, and not what a robot refuses
+        raise ConfigurationError(str(error)) from None
     with WorldClient(name, connect) as world:
         return _text_answer(world.send(command).text)
 

@@ -12,12 +12,13 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from bridge.body import Body, load_body
-from bridge.body.joints import INDEX, JOINTS, N_JOINTS
+from bridge.body.joints import JOINTS, LEGS, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import standing_height
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.rotations import planar_point, yaw
+from bridge.planar import Pose2D
+from bridge.rotations import yaw
 from bridge.types import Array, Vec3
 
 _TRUTH: Final = (
@@ -161,8 +162,6 @@ def measured_bounds(body: Body, fields: tuple[str, ...]) -> tuple[Array, Array]:
     return np.concatenate(low), np.concatenate(high)
 
 
-LEGS: Final = tuple(i for name, i in INDEX.items() if name[1:].startswith(("Hip", "Knee", "Ankle")))
-"""Slots of the leg joints in the frame."""
 POSTURE: Final = np.array(POSTURES["StandInit"])
 """25 angles in frame order, rad."""
 ACTION_RANGE: Final = 0.6
@@ -249,7 +248,7 @@ class VelocityTask(Task):
         """See the class."""
         heading = float(yaw(truth.torso_orientation))
         x, y, _ = truth.torso_velocity
-        moving = np.array([*planar_point((0.0, 0.0, -heading), (x, y)), truth.torso_angular_velocity[2]])
+        moving = np.array([*Pose2D(yaw=heading).local(x, y), truth.torso_angular_velocity[2]])
         self._mean += (moving - self._mean) * self.body.cycle / AVERAGING_TIME
         error = (self._mean - self.wanted) / MAX_VELOCITY
         return Judgement(0.0 if truth.fell else math.exp(-float(error @ error)), truth.fell)

@@ -8,7 +8,9 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from nao_hil.runs.track import PHASES, Array, Track
+from bridge import rotations
+from bridge.types import Array
+from nao_hil.runs.run import Table
 
 RED: Final = "tab:red"
 BLUE: Final = "tab:blue"
@@ -18,7 +20,7 @@ TALL: Final = (9.0, 6.0)
 """Size of a picture with two panels, inches."""
 
 
-def phase_line(axes: Any, track: Track, step: float, colour: str = "k") -> None:
+def phase_line(axes: Any, track: Table, step: float, colour: str = "k") -> None:
     """The phases of a walk as the thesis draws them: 0 in DSL, one `step` higher in SSL, DSR and SSR each.
 
     Args:
@@ -27,8 +29,8 @@ def phase_line(axes: Any, track: Track, step: float, colour: str = "k") -> None:
         step: In the units of the axis.
         colour: Of the line.
     """
-    levels = {PHASES.index(name): i * step for i, name in enumerate(("DSL", "SSL", "DSR", "SSR"))}
-    values = np.array([levels.get(int(phase), np.nan) for phase in track["phase"]])
+    levels = {name: i * step for i, name in enumerate(("DSL", "SSL", "DSR", "SSR"))}
+    values = [levels.get(phase, np.nan) for phase in track["walk/telemetry.phase"]]
     axes.plot(track["time"], values, color=colour, linewidth=0.8, label="phase: DSL, SSL, DSR, SSR")
 
 
@@ -46,21 +48,31 @@ def finish(axes: Any, x: str, y: str, title: str = "") -> None:
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def two_conditions(axes: Any, with_: Track, without: Track, quantity: Callable[[Track], Array]) -> None:
+def two_conditions(axes: Any, with_: Table, without: Table, quantity: Callable[[Table], Array]) -> None:
     """A quantity over the time of the walk, as the thesis draws both conditions: blue without, red with."""
     for track, colour, label in ((without, BLUE, "without"), (with_, RED, "with")):
         axes.plot(track["time"], quantity(track), color=colour, linewidth=0.9, label=label)
 
 
-def pitch_and_roll(figure: Figure, with_: Track, without: Track, phases: bool = False) -> None:
+def pitch_and_roll(figure: Figure, with_: Table, without: Table, phases: bool = False) -> None:
     """True torso pitch and roll of both (figures 4.2, 4.9 and 4.16), rad; phases in steps of 0.05."""
     upper, lower = figure.subplots(2, 1, sharex=True)
-    for panel, name in ((upper, "pitch"), (lower, "roll")):
-        two_conditions(panel, with_, without, lambda track, name=name: getattr(track, name))  # type: ignore[misc]
-        largest = 1.1 * max(float(np.abs(getattr(track, name)).max(initial=0.1)) for track in (with_, without))
+    for panel, angle in ((upper, rotations.pitch), (lower, rotations.roll)):
+
+        def of(track: Table, angle: Callable[[Array], Array] = angle) -> Array:
+            return angle(track["world/truth.torso_orientation"])
+
+        two_conditions(panel, with_, without, of)
+        largest = 1.1 * max(float(np.abs(of(track)).max(initial=0.1)) for track in (with_, without))
         panel.set_ylim(-min(largest, 0.6), min(largest, 0.6))
     if phases:
-        phase_line(upper, with_ if len(with_) >= len(without) else without, 0.05)
-        upper.plot(with_["time"], with_["control"].sum(axis=1), CYAN, linewidth=0.7, label="control, with")
+        phase_line(upper, with_ if with_.rows >= without.rows else without, 0.05)
+        upper.plot(
+            with_["time"],
+            with_["walk/telemetry.torso_control"].sum(axis=1),
+            CYAN,
+            linewidth=0.7,
+            label="control, with",
+        )
     finish(upper, "", "torso pitch / rad")
     finish(lower, "t / s", "torso roll / rad")

@@ -10,16 +10,22 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.body import Body
-from bridge.body.joints import LEG_SLOTS
+from bridge.body.joints import JOINTS, LEG_SLOTS, LEGS
 from bridge.body.kinematics import sole_in_torso
-from bridge.rotations import matrix
-from bridge.types import SIDES, Side
+from bridge.rotations import matrix, tilt
+from bridge.types import SIDES, Array, Side
 from nao_hil.analysis.report.render import Claim, ReportTable, table
 from nao_hil.analysis.statistics import Paired, Share, paired, percent
-from nao_hil.runs.track import LEG_COLUMNS, LEG_NAMES, PHASES, Array, Track
+from nao_hil.runs.run import Table
 from nao_hil.runs.walk import WalkEnd, WalkOutcome
+
+
+def during(track: Table, *phases: str) -> NDArray[np.bool_]:
+    """Mask of the cycles of a walk in some phases, shape (n,)."""
+    return np.isin(track["walk/telemetry.phase"], phases)
 
 
 def soles_in_torso(body: Body, side: Side, joints: Array) -> Array:
@@ -28,12 +34,10 @@ def soles_in_torso(body: Body, side: Side, joints: Array) -> Array:
     Args:
         body: Data sheet.
         side: Foot.
-        joints: Channel `joints` or `request` of a track.
+        joints: All angles in the order of frames, shape (n, 25), rad.
     """
-    columns = [LEG_COLUMNS.index(slot) for slot in LEG_SLOTS[side]]
-    return np.array([sole_in_torso(body, side, angles) for angles in joints[:, columns].tolist()]).reshape(
-        -1, 4, 4
-    )
+    angles = joints[:, list(LEG_SLOTS[side])].tolist()
+    return np.array([sole_in_torso(body, side, each) for each in angles]).reshape(-1, 4, 4)
 
 
 def ankle_in_hip(body: Body, side: Side, joints: Array) -> Array:
@@ -43,14 +47,15 @@ def ankle_in_hip(body: Body, side: Side, joints: Array) -> Array:
     return np.asarray(soles[:, :3, 3] + body.lengths.FootHeight * soles[:, :3, 2] - hip)
 
 
-def soles_in_world(body: Body, side: Side, track: Track) -> Array:
+def soles_in_world(body: Body, side: Side, track: Table) -> Array:
     """Poses of a sole in the world frame, shape (n, 4, 4), m."""
-    pose = np.zeros((len(track), 4, 4))
-    pose[:, :3, :3], pose[:, :3, 3], pose[:, 3, 3] = matrix(track["orientation"]), track["torso"], 1.0
-    return pose @ soles_in_torso(body, side, track["joints"])
+    pose = np.tile(np.eye(4), (track.rows, 1, 1))
+    pose[:, :3, :3] = matrix(track["world/truth.torso_orientation"])
+    pose[:, :3, 3] = track["world/truth.torso_position"]
+    return pose @ soles_in_torso(body, side, track["world/truth.joints"])
 
 
-def zmp_margin(track: Track, body: Body) -> Array:
+def zmp_margin(track: Table, body: Body) -> Array:
     """Distance of the true ZMP from the edge of the stance sole in single support, m, negative outside.
 
     The sole is taken as its bounding rectangle, as the thesis does (3.1).
@@ -58,15 +63,15 @@ def zmp_margin(track: Track, body: Body) -> Array:
     Returns:
         Shape (n,), NaN where there is no single support or no load.
     """
-    margin = np.full(len(track), np.nan)
+    margin, zmp = np.full(track.rows, np.nan), track["world/truth.zmp"]
     outline = np.array(body.foot.sole)
     low, high = outline.min(axis=0), outline.max(axis=0)
     for side, phase in zip(SIDES, ("SSL", "SSR"), strict=True):
-        rows = np.flatnonzero(track.during(phase) & np.isfinite(track["zmp"][:, 0]))
+        rows = np.flatnonzero(during(track, phase) & np.isfinite(zmp[:, 0]))
         if not rows.size:
             continue
-        soles = soles_in_world(body, side, Track(track.rows[rows]))
-        off = track["zmp"][rows] - soles[:, :2, 3]
+        soles = soles_in_world(body, side, track.where(rows))
+        off = zmp[rows] - soles[:, :2, 3]
         local = np.einsum("nij,ni->nj", soles[:, :2, :2], off)
         if side == "R":
             local[:, 1] *= -1.0
@@ -182,7 +187,7 @@ def conditions_table(conditions: Mapping[str, Condition]) -> ReportTable:
     )
 
 
-def before_fall(result: WalkOutcome) -> Track:
+def before_fall(result: WalkOutcome) -> Table:
     """The walk up to a second before any fall."""
     return result.track.until(result.end.time - (0.0 if result.end.survived else BEFORE_FALL))
 
@@ -216,7 +221,7 @@ def falls_finding(name: str, results: Sequence[WalkOutcome], body: Body | None) 
         f"{name}: {len(fallen)} of {len(results)} fall, at {_times(sorted(r.end.time for r in fallen))} s "
         f"(first / median / last), {to}."
     )
-    phases = Counter(_phase_of_fall(result) for result in fallen if len(result.track))
+    phases = Counter(_phase_of_fall(result) for result in fallen if result.track.rows)
     if phases:
         text += f" The lean begins in {', '.join(f'{p} ({count})' for p, count in phases.most_common())}."
     lags = [lag for result in fallen if (lag := largest_lag(result)) is not None]
@@ -243,20 +248,20 @@ def direction(end: WalkEnd) -> str:
 def _phase_of_fall(result: WalkOutcome) -> str:
     """Phase in which the torso last passed 10 degrees on its way down."""
     track = result.track.until(result.end.time)
-    upright = np.flatnonzero(track.tilt < math.radians(10.0))
+    upright = np.flatnonzero(tilt(track["world/truth.torso_orientation"]) < math.radians(10.0))
     row = int(upright[-1]) if upright.size else 0
-    return PHASES[int(track["phase"][row])]
+    return str(track["walk/telemetry.phase"][row])
 
 
 def largest_lag(result: WalkOutcome) -> tuple[str, float] | None:
     """Leg joint that is farthest off its request in the second before a fall, and by how much, rad."""
     track = result.track.until(result.end.time)
-    if not len(track):
+    if not track.rows:
         return None
     rows = track["time"] > result.end.time - BEFORE_FALL
-    lag = np.abs(track["request"] - track["joints"])[rows].max(axis=0)
-    worst = int(lag.argmax())
-    return LEG_NAMES[worst], float(lag[worst])
+    lag = np.abs(track["actuators.position"] - track["world/truth.joints"])[rows].max(axis=0)
+    worst = max(LEGS, key=lambda slot: float(lag[slot]))
+    return JOINTS[worst], float(lag[worst])
 
 
 def least_margin(result: WalkOutcome, body: Body) -> float | None:
@@ -265,9 +270,9 @@ def least_margin(result: WalkOutcome, body: Body) -> float | None:
     return float(np.nanmin(margins)) if np.isfinite(margins).any() else None
 
 
-def growth_per_step(track: Track, values: Array) -> float | None:
+def growth_per_step(track: Table, values: Array) -> float | None:
     """Slope of a quantity's mean over each step against the number of the step; None before three steps."""
-    steps = track["step"]
+    steps = track["walk/telemetry.step"]
     numbers = np.unique(steps)
     if len(numbers) < 3:
         return None

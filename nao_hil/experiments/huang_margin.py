@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from bridge.body import Body
 from bridge.body.sole import sole_hull
-from bridge.types import SIDES
+from bridge.types import SIDES, Array
 from emulator.scenarios import load_scenario
 from nao_hil.analysis.report.render import Claim
 from nao_hil.design.huang.cycle import Cycle
@@ -25,13 +25,14 @@ from nao_hil.experiments.conditions import (
     Comparison,
     before_fall,
     conditions_table,
+    during,
     falls_finding,
     soles_in_world,
 )
 from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.runs.ground import known_ground
-from nao_hil.runs.track import Array, Track
+from nao_hil.runs.run import Table
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.gaits import gait_parameters
 from walker.gaits.huang import HuangParameters
@@ -69,7 +70,7 @@ class ZmpMatch(msgspec.Struct, frozen=True, kw_only=True):
     """From the stance foot's force sensors less the truth, while the other foot bears nothing, m."""
 
 
-def in_stance_sole(track: Track, body: Body) -> tuple[Array, Array, Array]:
+def in_stance_sole(track: Table, body: Body) -> tuple[Array, Array, Array]:
     """Planned and true ZMP in the frame of the stance sole in single support, y outwards.
 
     Args:
@@ -79,28 +80,28 @@ def in_stance_sole(track: Track, body: Body) -> tuple[Array, Array, Array]:
     Returns:
         Rows of the track, shape (n,); plan and truth, each (n, 2), m.
     """
-    rows, plans, truths = [], [], []
+    rows, plans, truths, zmp = [], [], [], track["world/truth.zmp"]
     for side, phase in zip(SIDES, ("SSL", "SSR"), strict=True):
-        of_side = np.flatnonzero(track.during(phase) & np.isfinite(track["zmp"][:, 0]))
-        soles = soles_in_world(body, side, Track(track.rows[of_side]))
-        off = track["zmp"][of_side] - soles[:, :2, 3]
+        of_side = np.flatnonzero(during(track, phase) & np.isfinite(zmp[:, 0]))
+        soles = soles_in_world(body, side, track.where(of_side))
+        off = zmp[of_side] - soles[:, :2, 3]
         outward = np.array([1.0, 1.0 if side == "L" else -1.0])
-        foot = track["plan_left" if side == "L" else "plan_right"][of_side, :2]
+        foot = track["walk/telemetry.left" if side == "L" else "walk/telemetry.right"][of_side, :2]
         rows.append(of_side)
         truths.append(np.einsum("nij,ni->nj", soles[:, :2, :2], off) * outward)
-        plans.append((track["plan_zmp"][of_side] - foot) * outward)
+        plans.append((track["walk/telemetry.zmp"][of_side] - foot) * outward)
     return np.concatenate(rows), np.concatenate(plans), np.concatenate(truths)
 
 
 def zmp_match(results: Sequence[WalkOutcome], body: Body) -> ZmpMatch:
     """Planned against measured, medians over the runs, each until a second before its fall."""
     tracks = [before_fall(result) for result in results]
-    values = [_match(track, body) for track in tracks if track.during("SSL", "SSR").any()]
+    values = [_match(track, body) for track in tracks if during(track, "SSL", "SSR").any()]
     middle = np.nanmedian(np.array(values), axis=0) if values else np.full(5, np.nan)
     return ZmpMatch(**dict(zip(ZmpMatch.__struct_fields__, middle.tolist(), strict=True)))
 
 
-def _match(track: Track, body: Body) -> tuple[float, float, float, float, float]:
+def _match(track: Table, body: Body) -> tuple[float, float, float, float, float]:
     rows, plan, truth = in_stance_sole(track, body)
     apart = np.sqrt(np.mean((truth - plan) ** 2, axis=0))
     hull = sole_hull(body, "L")
@@ -118,28 +119,30 @@ def _match(track: Track, body: Body) -> tuple[float, float, float, float, float]
     )
 
 
-def _from_sensors(track: Track, body: Body, rows: Array) -> Array:
+def _from_sensors(track: Table, body: Body, rows: Array) -> Array:
     """Centre of pressure of the stance foot by its four cells, y outwards, shape (n, 2), m."""
-    left = np.isin(rows, np.flatnonzero(track.during("SSL")))
+    left = np.isin(rows, np.flatnonzero(during(track, "SSL")))
     points = np.empty((len(rows), 2))
     for mask, columns, places, outward in (
         (left, slice(0, 4), body.fsr.L, 1.0),
         (~left, slice(4, 8), body.fsr.R, -1.0),
     ):
-        forces = np.maximum(track["fsr"][rows[mask], columns], 0.0)
+        forces = np.maximum(track["sensors.fsr"][rows[mask], columns], 0.0)
         total = forces.sum(axis=1)
-        other = track["fsr"][rows[mask], 4:] if columns.start == 0 else track["fsr"][rows[mask], :4]
+        other = (
+            track["sensors.fsr"][rows[mask], 4:] if columns.start == 0 else track["sensors.fsr"][rows[mask], :4]
+        )
         total[other.sum(axis=1) > _NOTHING] = np.nan
         with np.errstate(invalid="ignore", divide="ignore"):
             points[mask] = forces @ np.array(places)[:, :2] / total[:, None] * (1.0, outward)
     return points
 
 
-def _delay(track: Track) -> float:
+def _delay(track: Table) -> float:
     """Shift, s, at which the true ZMP's y, less the mass', correlates best with the planned one's."""
-    walking = track.during("DSL", "SSL", "DSR", "SSR")
-    plan = (track["plan_zmp"] - track["plan_com"])[walking, 1]
-    truth = (track["zmp"] - track["com"][:, :2])[walking, 1]
+    walking = during(track, "DSL", "SSL", "DSR", "SSR")
+    plan = (track["walk/telemetry.zmp"] - track["walk/telemetry.com"])[walking, 1]
+    truth = (track["world/truth.zmp"] - track["world/truth.com"][:, :2])[walking, 1]
     truth = np.nan_to_num(truth - np.nanmean(truth))
     cycle = float(np.median(np.diff(track["time"])))
     shifts = range(0, 16)

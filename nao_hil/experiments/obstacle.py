@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from bridge.body import Body
 from bridge.messages.world import PlateUnderFoot
+from bridge.rotations import tilt
 from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
@@ -25,13 +26,14 @@ from nao_hil.experiments.conditions import (
     Comparison,
     ankle_in_hip,
     condition,
+    during,
     falls_claim,
     median_over,
     soles_in_world,
 )
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded, comparison
-from nao_hil.runs.track import Array, Track
+from nao_hil.runs.run import Array, Table
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.switches import NAMED
 
@@ -82,20 +84,20 @@ def landing_force(result: WalkOutcome, time: float = TIME) -> float | None:
     landing. None: the walk ended before.
     """
     track = result.track.until(result.end.time)
-    after = np.flatnonzero((track["time"] >= time) & track.during("SSL"))
+    after = np.flatnonzero((track["time"] >= time) & during(track, "SSL"))
     if not after.size:
         return None
     rows = _runs(after)[0]
-    rows = rows[track.tilt[rows] < math.radians(20.0)]
-    return float(track["fsr"][rows, 4:].sum(axis=1).max()) if rows.size else None
+    rows = rows[tilt(track["world/truth.torso_orientation"])[rows] < math.radians(20.0)]
+    return float(track["sensors.fsr"][rows, 4:].sum(axis=1).max()) if rows.size else None
 
 
 def heights(result: WalkOutcome, body: Body, time: float = TIME) -> list[float]:
     """Mean height of the right sole's middle in each SSR after the board, before any fall, m."""
     track = result.track.until(result.end.time)
-    rows = _runs(np.flatnonzero((track["time"] >= time) & track.during("SSR")))
+    rows = _runs(np.flatnonzero((track["time"] >= time) & during(track, "SSR")))
     middle = np.array([*body.foot.centre, 0.0, 1.0]) * (1.0, -1.0, 1.0, 1.0)
-    soles = (soles_in_world(body, "R", Track(track.rows[of])) @ middle for of in rows if of.size)
+    soles = (soles_in_world(body, "R", track.where(of)) @ middle for of in rows if of.size)
     return [float(sole[:, 2].mean()) for sole in soles]
 
 
@@ -228,7 +230,7 @@ def _claims(found: dict[str, Any], duration: float) -> list[Claim]:
     ]
 
 
-def _shown(measured: Measured[Comparison]) -> tuple[Track, Track]:
+def _shown(measured: Measured[Comparison]) -> tuple[Table, Table]:
     with_, without, *_ = measured.results.walks.values()
     return with_[0].track, without[0].track
 
@@ -236,11 +238,11 @@ def _shown(measured: Measured[Comparison]) -> tuple[Track, Track]:
 def _draw_force(figure: Figure, measured: Measured[Comparison], time: float) -> None:
     """Sensors of the swing foot over the time of the walk, N."""
     with_, without = _shown(measured)
-    longer = with_ if len(with_) >= len(without) else without
+    longer = with_ if with_.rows >= without.rows else without
     whole, landing = figure.subplots(2, 1)
     for panel in (whole, landing):
         axes.phase_line(panel, longer, 5.0, axes.GREEN)
-        axes.two_conditions(panel, with_, without, lambda track: track["fsr"][:, 4:].sum(axis=1))
+        axes.two_conditions(panel, with_, without, lambda track: track["sensors.fsr"][:, 4:].sum(axis=1))
         axes.finish(panel, "t / s", "F_R,Foot,z / N")
     landing.axvline(time, color="k", linestyle=":", linewidth=0.9)
     landing.set(xlim=(time - 1.5, time + 2.5), title="about the board")
@@ -249,7 +251,7 @@ def _draw_force(figure: Figure, measured: Measured[Comparison], time: float) -> 
 def _draw_feet(figure: Figure, measured: Measured[Comparison]) -> None:
     """Ankles in the frames of their hips as requested, over the time of the walk, mm."""
     panel, (track, _) = figure.subplots(), _shown(measured)
-    ankles = (ankle_in_hip(measured.body, side, track["request"]) for side in ("L", "R"))
+    ankles = (ankle_in_hip(measured.body, side, track["actuators.position"]) for side in ("L", "R"))
     axes.feet(panel, track["time"], *ankles)
     axes.phase_line(panel, track, 30.0)
     axes.finish(panel, "t / s", "p_i,0^i,8 / mm")

@@ -17,18 +17,20 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.body import Body
-from bridge.types import SIDES, Side
+from bridge.rotations import R_yaw
+from bridge.types import SIDES, Array, Side
 from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
     Comparison,
     ankle_in_hip,
+    during,
     median_over,
     soles_in_world,
 )
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Drawing, Measured, comparison
-from nao_hil.runs.track import Array, Track
+from nao_hil.runs.run import Table
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
 from walker.switches import NAMED
@@ -92,22 +94,22 @@ def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> d
     }
 
 
-def _foot_error(track: Track, body: Body) -> float:
+def _foot_error(track: Table, body: Body) -> float:
     """Root mean square distance of measured from requested ankles, both feet, m."""
-    off = [
-        ankle_in_hip(body, side, track["joints"]) - ankle_in_hip(body, side, track["request"]) for side in SIDES
-    ]
-    return float(np.sqrt(np.mean([np.sum(d * d, axis=1) for d in off]))) if len(track) else math.nan
+    true, asked = track["world/truth.joints"], track["actuators.position"]
+    off = [ankle_in_hip(body, side, true) - ankle_in_hip(body, side, asked) for side in SIDES]
+    return float(np.sqrt(np.mean([np.sum(d * d, axis=1) for d in off]))) if track.rows else math.nan
 
 
-def _lifts(track: Track, body: Body) -> list[float]:
+def _lifts(track: Table, body: Body) -> list[float]:
     """Largest rise of the true swing sole over where it stood, in each single support, m."""
     lifts = []
-    edges = np.flatnonzero(np.diff(track["phase"])) + 1
+    phases = track["walk/telemetry.phase"]
+    edges = np.flatnonzero(phases[1:] != phases[:-1]) + 1
     for begin, end in itertools.pairwise(edges.tolist()):
-        part = Track(track.rows[begin:end])
+        part = track.where(slice(begin, end))
         for side, phase in zip(SIDES, ("SSR", "SSL"), strict=True):
-            if part.during(phase)[0]:
+            if during(part, phase)[0]:
                 height = soles_in_world(body, side, part)[:, 2, 3]
                 lifts.append(float(height.max() - height[0]))
     return lifts
@@ -129,7 +131,7 @@ def _static_quantities(measured: Measured[Comparison]) -> dict[str, Any]:
 def _draw_feet(figure: Figure, measured: Measured[Comparison]) -> None:
     body, track = measured.body, _first(measured).track
     planned = [_planned(track, body, side, measured.figures["l_GH"]) for side in SIDES]
-    walked = [ankle_in_hip(body, side, track["joints"]) for side in SIDES]
+    walked = [ankle_in_hip(body, side, track["world/truth.joints"]) for side in SIDES]
     panels = figure.subplots(2, 1, sharex=True)
     for panel, (left, right), title in zip(panels, (planned, walked), ("planned", "walked"), strict=True):
         axes.feet(panel, track["time"], left, right)
@@ -141,7 +143,7 @@ def _first(measured: Measured[Comparison]) -> WalkOutcome:
     return next(iter(measured.results.walks.values()))[0]
 
 
-def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
+def _planned(track: Table, body: Body, side: Side, height: float) -> Array:
     """Ankle in its hip's frame as the thesis plans it, the centre of mass fixed in an upright torso, m.
 
     Args:
@@ -150,7 +152,8 @@ def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
         side: Foot.
         height: l_GH, m.
     """
-    foot, com = track["plan_left" if side == "L" else "plan_right"], track["plan_com"]
+    foot = track["walk/telemetry.left" if side == "L" else "walk/telemetry.right"]
+    com = track["walk/telemetry.com"]
     hip = body.lengths.HipOffsetY if side == "L" else -body.lengths.HipOffsetY
     ahead = foot[:, 0] - com[:, 0]
     return np.column_stack([ahead - ahead[0], foot[:, 1] - com[:, 1] - hip, foot[:, 2] - height])
@@ -219,22 +222,20 @@ def _claims(expected: Mapping[str, float], values: Mapping[str, float], text: st
     ]
 
 
-def _com_walked(track: Track, body: Body) -> Array:
+def _com_walked(track: Table, body: Body) -> Array:
     """True centre of mass in the walk frame, whose origin is midway between the ankles at the start, m."""
-    first = Track(track.rows[:1])
+    first = track.where(slice(1))
     soles = [soles_in_world(body, side, first)[0, :2, 3] for side in SIDES]
     (xl, yl), (xr, yr) = soles
     yaw = math.atan2(-(xl - xr), yl - yr)
-    off = track["com"][:, :2] - np.mean(soles, axis=0)
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.column_stack([c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]])
+    return np.asarray((track["world/truth.com"][:, :2] - np.mean(soles, axis=0)) @ R_yaw(yaw)[:2, :2])
 
 
-def _sway(track: Track, body: Body) -> tuple[float, float]:
+def _sway(track: Table, body: Body) -> tuple[float, float]:
     """Rms difference along y from the plan without its linear trend, m, and that trend over the way ahead."""
-    off = _com_walked(track, body)[:, 1] - track["plan_com"][:, 1]
+    off = _com_walked(track, body)[:, 1] - track["walk/telemetry.com"][:, 1]
     rate, start = np.polyfit(track["time"], off, 1)
-    ahead = np.polyfit(track["time"], track["plan_com"][:, 0], 1)[0]
+    ahead = np.polyfit(track["time"], track["walk/telemetry.com"][:, 0], 1)[0]
     return float(np.std(off - rate * track["time"] - start)), float(rate / ahead)
 
 
@@ -242,7 +243,7 @@ def _draw_time(figure: Figure, measured: Measured[Comparison]) -> None:
     track = _first(measured).track
     walked = _com_walked(track, measured.body)
     for i, (panel, name) in enumerate(zip(figure.subplots(2, 1, sharex=True), "xy", strict=True)):
-        panel.plot(track["time"], track["plan_com"][:, i], axes.BLUE, label="planned")
+        panel.plot(track["time"], track["walk/telemetry.com"][:, i], axes.BLUE, label="planned")
         panel.plot(track["time"], walked[:, i], axes.RED, linewidth=0.9, label="walked")
         axes.finish(panel, "t / s", f"{name}_W^CoG / m")
 
@@ -250,7 +251,7 @@ def _draw_time(figure: Figure, measured: Measured[Comparison]) -> None:
 def _draw_path(figure: Figure, measured: Measured[Comparison]) -> None:
     track, panel = _first(measured).track, figure.subplots()
     walked = _com_walked(track, measured.body)
-    panel.plot(track["plan_com"][:, 0], track["plan_com"][:, 1], axes.BLUE, label="planned")
+    panel.plot(track["walk/telemetry.com"][:, 0], track["walk/telemetry.com"][:, 1], axes.BLUE, label="planned")
     panel.plot(walked[:, 0], walked[:, 1], axes.RED, linewidth=0.9, label="walked")
     axes.finish(panel, "x_W^CoG / m", "y_W^CoG / m")
 

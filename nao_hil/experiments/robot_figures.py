@@ -26,7 +26,6 @@ from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from emulator.wear import WearProfile
 from nao_hil.runs.config import run_config
-from nao_hil.runs.track import LEG_NAMES
 from nao_hil.runs.walk import Walk, walk
 
 STANDARD_GRAVITY: Final = 9.81
@@ -135,10 +134,8 @@ def tracking(
         return None
     track = outcome.track
     walking = track["time"] > 2.0
-    request, joints = track["request"][walking], track["joints"][walking]
-    return tracking_errors(
-        {n: [LEG_NAMES.index(s + n) for s in "LR"] for n in JOINTS}, request, joints, len(SHIFTS)
-    )
+    request, joints = track["actuators.position"][walking], track["world/truth.joints"][walking]
+    return tracking_errors({n: [INDEX[s + n] for s in "LR"] for n in JOINTS}, request, joints, len(SHIFTS))
 
 
 def tracking_errors(

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from bridge.errors import ConfigurationError
-from bridge.messages.world import PlaceBox
+from bridge.messages.world import PlaceObject
 from bridge.types import Vec3
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
@@ -106,7 +106,7 @@ def _plates(walk: Walk) -> dict[str, Any]:
         length, width = random.uniform(*PLATE, 2).tolist()
         at = (AHEAD, float(random.uniform(-ASIDE, ASIDE)))
         yaw, size = float(random.uniform(0.0, math.pi)), (length, width, HEIGHT)
-        plate = PlaceBox(name=f"plate-{i}", size=size, at=at, yaw=yaw, frame="robot")
+        plate = PlaceObject(name=f"plate-{i}", size=size, at=at, yaw=yaw, frame="robot")
         events.append((every * (i + 0.5), plate))
     return {"world_events": tuple(events)}
 

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from matplotlib.figure import Figure
 
+from bridge.rotations import pitch
 from nao_hil.analysis.report.render import Claim
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
@@ -78,7 +79,11 @@ def drift_per_step(result: WalkOutcome) -> float | None:
     None: fewer than three steps.
     """
     track = before_fall(result)
-    return growth_per_step(track, np.degrees(track.pitch)) if len(track) else None
+    return (
+        growth_per_step(track, np.degrees(pitch(track["world/truth.torso_orientation"])))
+        if track.rows
+        else None
+    )
 
 
 def _falls_in_pitch(results: Sequence[WalkOutcome]) -> int:

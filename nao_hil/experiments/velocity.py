@@ -12,14 +12,15 @@ from matplotlib.figure import Figure
 
 from bridge import rotations
 from bridge.errors import ConfigurationError
-from bridge.types import Vec3
+from bridge.planar import Pose2D
+from bridge.types import Array, Vec3
 from nao_hil.analysis.report.render import Claim, Columns, ReportTable, table, yes_no
 from nao_hil.analysis.statistics import Estimate, Share, mean_of, share_of, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import Comparison
 from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
-from nao_hil.runs.track import Array, Track
+from nao_hil.runs.run import Table
 from nao_hil.runs.walk import Walk, WalkOutcome
 from nao_hil.runs.walk_figures import SETTLING_TIME
 from walker.gaits import gait_parameters
@@ -42,13 +43,13 @@ class VelocityCell(Share, frozen=True, kw_only=True):
     full speed."""
 
 
-def heading_velocity(track: Track) -> Vec3 | None:
+def heading_velocity(track: Table) -> Vec3 | None:
     """Mean velocity of the torso in its own heading after the settling; None: the walk is too short."""
-    time, yaw = track["time"], np.unwrap(rotations.yaw(track["orientation"]))
+    time, yaw = track["time"], np.unwrap(rotations.yaw(track["world/truth.torso_orientation"]))
     late = np.flatnonzero(time >= SETTLING_TIME)
     if not len(late) or time[-1] - time[late[0]] < LEAST:
         return None
-    steps, turn = np.diff(track["torso"][late, :2], axis=0), np.diff(yaw[late])
+    steps, turn = np.diff(track["world/truth.torso_position"][late, :2], axis=0), np.diff(yaw[late])
     middle = yaw[late][:-1] + 0.5 * turn
     c, s = np.cos(middle), np.sin(middle)
     duration = float(time[-1] - time[late[0]])
@@ -109,21 +110,23 @@ def straight(results: Sequence[WalkOutcome]) -> Straight:
     )
 
 
-def true_path(track: Track) -> Array:
+def true_path(track: Table) -> Array:
     """x, y and yaw of the torso, shape (cycles, 3), m, rad."""
-    return np.column_stack([track["torso"][:, :2], np.unwrap(rotations.yaw(track["orientation"]))])
+    yaw = np.unwrap(rotations.yaw(track["world/truth.torso_orientation"]))
+    return np.column_stack([track["world/truth.torso_position"][:, :2], yaw])
 
 
 def _moved(path: Array) -> Vec3:
     """From the first pose to the last, in the frame of the first."""
-    (x, y, yaw), (u, v, end) = path[0], path[-1]
-    ahead, aside = rotations.planar_local((x, y, yaw), (u, v))
-    return float(ahead), float(aside), float(end - yaw)
+    first, last = (Pose2D(*pose.tolist()) for pose in (path[0], path[-1]))
+    return first.local_pose(last)
 
 
-def _odometry_error(track: Track) -> float:
+def _odometry_error(track: Table) -> float:
     """The torso sways over the middle between the feet: both ends are means over a second."""
-    true, odometry = (_smooth(path, track["time"]) for path in (true_path(track), track["place"]))
+    true, odometry = (
+        _smooth(path, track["time"]) for path in (true_path(track), track["walk/telemetry.place"])
+    )
     way = float(np.sum(np.hypot(*np.diff(true[::25, :2], axis=0).T)))
     return math.dist(_moved(true)[:2], _moved(odometry)[:2]) / way
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import GRAVITY, total_mass
-from bridge.errors import ConfigurationError
 from bridge.messages.columns import COLUMNS
 from bridge.messages.frames import ELEMENTS, ActuatorFrame, SensorFrame
 from bridge.types import Array
@@ -101,12 +100,8 @@ class LoggedRun(Run):
             "sensors": Table({**measured, "time": time}, COLUMNS[SensorFrame]),
             "actuators": Table({**asked, "time": command_time if asked else time[:0]}, COLUMNS[ActuatorFrame]),
         }
-        super().__init__(tuple, lambda: config or {}, _unknown_body, tables)
+        super().__init__(config=lambda: config or {}, tables=tables)
         self.own_clock, self.notes = own_clock, notes
-
-
-def _unknown_body() -> Body:
-    raise ConfigurationError("The file does not say which body was recorded.")
 
 
 def on_grid(run: Run, cycle: float, offset: float = 0.0) -> Signals:

@@ -73,8 +73,6 @@ def from_python2(text: str, name: str, *errors: Exception) -> ast.Module:
     """The tree of a source in Python 2.
 
     Args:
-        text: the source.
-        name: of the file, for errors.
         errors: those of Python 3's parser, if it is Python 2 only because Python 3 does not read it.
 
     Raises:
@@ -134,8 +132,6 @@ class _OldMeaning(ast.NodeTransformer):
     """The meaning of Python 2 that lib2to3 leaves out: calls of `python2`, and `global` anywhere.
 
     Args:
-        text: source of the tree.
-        own: names that the program gives something to.
         original: its source in Python 2.
     """
 

@@ -187,12 +187,7 @@ class Unicode(metaclass=_TextType):
 
 
 def import_all(module: str, names: dict[str, Any]) -> None:
-    """`from module import *` within a function; its names go to the module around it.
-
-    Args:
-        module: with a dot for each level that it is relative by.
-        names: of the module around the function.
-    """
+    """`from module import *` within a function; its names go to the module around it."""
     found = import_module(module, names.get("__package__"))
     public = getattr(found, "__all__", None) or [name for name in vars(found) if name[:1] != "_"]
     names.update({name: getattr(found, name) for name in public})

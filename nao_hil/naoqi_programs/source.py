@@ -58,7 +58,6 @@ def compiled(source: bytes, name: str, *, old: bool | None = False, package: Pat
 
     Args:
         source: in the encoding that it names (PEP 263), else UTF-8 or Latin-1.
-        name: of the file, for errors.
         old: whether it is in Python 2 if both read it; None: unless it uses qi without the vendor's SDK.
         package: folder of the package that it is in; Python 2 looks there for imports first.
 

@@ -42,6 +42,7 @@ def build_robot(
     *,
     name: str = "nao",
     at: Vec3 | None = None,
+    player: tuple[int, int] | None = None,
     world: World | None = None,
 ) -> EmulatedRobot:
     """The emulated robot of a run, at cycle 0; the caller closes it.
@@ -51,8 +52,9 @@ def build_robot(
         scenario: Replaces the scenario that the configuration names.
         body: Replaces the body that it names.
         wear: Replaces the wear profile that it names.
-        name: As for `EmulatedRobot`; `at` and `world` too.
+        name: As for `EmulatedRobot`; `at`, `player` and `world` too.
         at: Likewise.
+        player: Likewise.
         world: Likewise.
 
     Raises:
@@ -73,6 +75,7 @@ def build_robot(
         start=settings.start or None,
         name=name,
         at=at,
+        player=player,
         world=world,
     )
 

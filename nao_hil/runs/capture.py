@@ -14,7 +14,7 @@ import zenoh
 from bridge.errors import FrameError
 from bridge.link import keys
 from bridge.link.mailbox import Mailbox
-from bridge.link.session import check_endpoint, subscribe, try_client
+from bridge.link.session import Search, check_endpoint, subscribe, try_client
 from bridge.messages import Info, SensorFrame, TruthFrame, decode
 from bridge.messages.topics import Message
 from bridge.recording.canonical import RECORDED
@@ -59,10 +59,12 @@ class Capture:
 
     def wait_robot(self, stop: Callable[[], bool]) -> Info | None:
         """Wait until the robot answers and listen from then on; None when `stop()` became true."""
+        search = Search(self._robot, self._endpoint)
         while not stop():
             info = self._ask()
             if info is not None:
                 return info
+            search.failed(self._session)
             time.sleep(_RETRY_INTERVAL)
         return None
 

@@ -45,8 +45,20 @@ PACKAGES: Final = ("nao-hil", *ENGINES, "numba", "numpy", "scipy", "eclipse-zeno
 
 
 def recording_of(run: Path) -> Path:
-    """The recording in a run's folder; any other path counts as a recording's."""
-    return run / RECORDING if run.is_dir() else run
+    """The recording in a run's folder; any other path counts as a recording's.
+
+    Raises:
+        ConfigurationError: the folder is that of a world, whose robots have a folder each.
+    """
+    if not run.is_dir():
+        return run
+    own = run / RECORDING
+    if not own.exists() and (robots := sorted(found.parent.name for found in run.glob(f"*/{RECORDING}"))):
+        raise ConfigurationError(
+            f"{run} is the run of a world, with a folder for each robot: {', '.join(robots)}; give "
+            f"{run / robots[0]}."
+        )
+    return own
 
 
 class RunDirectory:

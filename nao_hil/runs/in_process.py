@@ -9,11 +9,12 @@ from collections.abc import Callable, Sequence
 import msgspec
 
 from bridge.guard import Guard
-from bridge.messages import Notice
+from bridge.messages import ActuatorFrame, Notice
 from bridge.recording.observer import Observer
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.build import build_robot, controller_maker, require_upright, with_engine
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.neighbours import LocalWalker
 from nao_hil.runs.summary import RunStatistics, Summary
 from walker.controller import Controller
 
@@ -50,6 +51,7 @@ def run(
     observers: Sequence[Observer],
     max_cycles: int | None = None,
     ended: Callable[[], bool] = lambda: False,
+    neighbours: Sequence[LocalWalker] = (),
 ) -> None:
     """Cycle until the controller is done, `ended()`, or `max_cycles`; the frames are those of lockstep.
 
@@ -60,6 +62,7 @@ def run(
         observers: Called in each cycle.
         max_cycles: None: no bound.
         ended: Asked after each cycle.
+        neighbours: Walkers of all other robots in its world.
     """
     for observer in observers:
         observer.sensors(robot.frame, robot.truth())
@@ -70,12 +73,24 @@ def run(
             if command is not None:
                 observer.command(command)
         _publish(guard.take_notices(), observers)
-        robot.advance(command)
+        _advance(robot, command, neighbours)
         for observer in observers:
             observer.sensors(robot.frame, robot.truth())
         _publish(robot.take_notices(), observers)
         if controller.done or ended():
             return
+
+
+def _advance(robot: EmulatedRobot, command: ActuatorFrame | None, neighbours: Sequence[LocalWalker]) -> None:
+    """Run the world's next cycle in which the robot's DCM runs."""
+
+    def others() -> dict[str, ActuatorFrame]:
+        answers = ((walker.name, walker.answer()) for walker in neighbours)
+        return {name: answer for name, answer in answers if answer is not None}
+
+    while robot.stalls():
+        robot.world.advance(others())
+    robot.world.advance(others() | ({} if command is None else {robot.name: command}))
 
 
 def _publish(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:

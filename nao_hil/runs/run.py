@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.messages.columns import COLUMNS, Column
+from bridge.messages.columns import COLUMNS, OBJECTS, Column
 from bridge.messages.topics import Message
 from bridge.recording.canonical import RECORDED
 from bridge.recording.observer import Observer
@@ -25,13 +25,17 @@ from nao_hil.runs.folder import recording_of
 
 Array = NDArray[Any]
 T = TypeVar("T")
-_TOPICS: Final = {RECORDED[kind]: columns for kind, columns in COLUMNS.items()}
+_TIME: Final = Column("s")
+TIME_TOLERANCE: Final = 1e-6
+"""Difference of two times that are one, s: a file rounds those of its messages to nanoseconds."""
+_TOPICS: Final = {RECORDED.get(kind, OBJECTS): columns for kind, columns in COLUMNS.items()}
 
 
 class Table(Mapping[str, Array]):
     """The messages of one topic: column name to array, first axis the messages.
 
-    A field of a part has both names (`left.force`). A value that is not there is NaN.
+    A field of a part has both names (`left.force`). A value that is not there is NaN. Arrays kept as
+    float32 are given as float64.
 
     Args:
         columns: Arrays of one length, `time` (robot time, s) among them.
@@ -43,7 +47,8 @@ class Table(Mapping[str, Array]):
         self.columns: Final = {name: (declared or {}).get(name, _TIME) for name in columns}
 
     def __getitem__(self, column: str) -> Array:
-        return _of(self._columns, "column", column)
+        values = _of(self._columns, "column", column)
+        return values.astype(np.float64) if values.dtype == np.float32 else values
 
     def __repr__(self) -> str:
         """Number of rows, and each column with the length of a row, its unit and its frame."""
@@ -68,6 +73,10 @@ class Table(Mapping[str, Array]):
         """The table of some rows: a mask, indices or a slice."""
         return Table({name: values[chosen] for name, values in self._columns.items()}, self.columns)
 
+    def until(self, time: float) -> Table:
+        """The rows before a time, s."""
+        return self.where(self["time"] < time)
+
     def last(self, column: str, values: ArrayLike) -> NDArray[np.int64]:
         """For each value the row of the last message that is not beyond it in a column; -1: none.
 
@@ -80,6 +89,10 @@ class Table(Mapping[str, Array]):
         order = np.argsort(self[column], kind="stable")
         place = np.searchsorted(self[column][order], values, side="right") - 1
         return np.asarray(np.append(order, -1)[place])
+
+    def save(self, file: Path) -> None:
+        """Write the arrays as they are kept, as an `.npz`."""
+        np.savez_compressed(file, **self._columns)  # type: ignore[arg-type]
 
     def to_pandas(self) -> Any:
         """The table as a pandas `DataFrame` with the robot time as its index.
@@ -151,11 +164,15 @@ class CycleBuilder:
         return cycle
 
 
+def _unknown_body() -> Body:
+    raise ConfigurationError("The run does not say which body it is of.")
+
+
 class Run(Mapping[str, Table]):
     """A run: topic to table.
 
     Topics are `sensors`, `actuators`, `world/truth`, `walk/telemetry` and `notices`; one without messages has a
-    table without rows.
+    table without rows. `world/objects` has a row for each object of each ground truth.
 
     Args:
         messages: Gives all messages in their order, as often as it is called.
@@ -166,9 +183,9 @@ class Run(Mapping[str, Table]):
 
     def __init__(
         self,
-        messages: Callable[[], Iterable[Recorded]],
-        config: Callable[[], dict[str, Any]],
-        body: Callable[[], Body],
+        messages: Callable[[], Iterable[Recorded]] = tuple,
+        config: Callable[[], dict[str, Any]] = dict,
+        body: Callable[[], Body] = _unknown_body,
         tables: Mapping[str, Table] | None = None,
     ) -> None:
         self.messages, self._config, self._body = messages, config, body
@@ -180,6 +197,8 @@ class Run(Mapping[str, Table]):
         rows: dict[str, list[Recorded]] = {topic: [] for topic in _TOPICS}
         for recorded in self.messages():
             rows[recorded.topic].append(recorded)
+            if isinstance(recorded.message, TruthFrame):
+                rows[OBJECTS] += [recorded._replace(message=one) for one in recorded.message.objects]
         return {topic: _table(rows.pop(topic), columns) for topic, columns in _TOPICS.items()}
 
     def __getitem__(self, topic: str) -> Table:
@@ -235,6 +254,21 @@ class Run(Mapping[str, Table]):
             lambda: self.body,
             {topic: part(table) for topic, table in self.items()},
         )
+
+    def aligned(self, topic: str, columns: Iterable[str]) -> Table:
+        """Columns of several topics with one row for each message of one topic: of the others the newest one.
+
+        Args:
+            topic: A message of it before the first of one of the others has no row.
+            columns: Topic and column, as `world/truth.com`; the table has `time` besides.
+        """
+        time = self[topic]["time"]
+        names = {name: name.partition(".")[::2] for name in columns}
+        newest = {other: self[other].last("time", time + TIME_TOLERANCE) for other, _ in names.values()}
+        known = np.all([rows >= 0 for rows in newest.values()], axis=0)
+        parts = {name: self[other][column][newest[other][known]] for name, (other, column) in names.items()}
+        declared = {name: self[other].columns[column] for name, (other, column) in names.items()}
+        return Table({"time": time[known]} | parts, {"time": _TIME} | declared)
 
     def cycles(self) -> Iterator[Cycle]:
         """The messages cycle by cycle."""
@@ -304,7 +338,7 @@ def load(file: str | Path, robot: str | None = None) -> Run:
     return Run(partial(read_recording, path), config, partial(recorded_body, path, robot))
 
 
-class _Unknown(KeyError):
+class _Unknown(ConfigurationError, KeyError):
     """A name that is not there, with those that are."""
 
     def __str__(self) -> str:
@@ -315,15 +349,12 @@ def _of(items: dict[str, T], kind: str, name: str) -> T:
     """An item by its name.
 
     Raises:
-        KeyError: there is none; names those that are there.
+        ConfigurationError: there is none; names those that are there. It is a KeyError too.
     """
     try:
         return items[name]
     except KeyError:
         raise _Unknown(unknown_name(kind, name, items)) from None
-
-
-_TIME: Final = Column("s")
 
 
 def _table(rows: Sequence[Recorded], declared: Mapping[str, Column]) -> Table:

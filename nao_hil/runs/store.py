@@ -26,7 +26,8 @@ def key(walk: Walk) -> str:
     body = walk.body or load_body(walk.config.robot)
     wear = walk.wear or load_wear(walk.config.wear, body)
     config = msgspec.structs.replace(walk.config, robot="", wear="")
-    policy = [hashlib.sha256(file.read_bytes()).hexdigest() for file in policy_files(config.gait)]
+    gaits = (config.gait, *(other.gait for other in walk.neighbours))
+    policy = [hashlib.sha256(file.read_bytes()).hexdigest() for gait in gaits for file in policy_files(gait)]
     walk = msgspec.structs.replace(walk, name="", config=config, body=None, wear=None)
     return fingerprint(walk, body, wear, *policy)
 

@@ -10,9 +10,10 @@ import msgspec
 from bridge.body.fall import has_fallen
 from bridge.histogram import Percentiles
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.planar import Pose2D
 from bridge.recording.canonical import FrameHash
 from bridge.recording.observer import Observer
-from bridge.rotations import planar_local, tilt
+from bridge.rotations import tilt
 from bridge.rotations import yaw as yaw_of
 from bridge.types import Vec3
 from nao_hil.runs.walk_figures import FallWatch, HeadingMotion, StepCounter
@@ -236,8 +237,9 @@ class RunStatistics(Observer):
         if first is None or self._way_end is None:
             return 0.0, 0.0, 0.0
         x, y, _ = first.torso_position
-        begin = x, y, float(yaw_of(first.torso_orientation))
-        return *planar_local(begin, self._way_end.torso_position), self._motion.turned - self._turned_before
+        begin = Pose2D(x, y, float(yaw_of(first.torso_orientation)))
+        moved = begin.local(*self._way_end.torso_position[:2])
+        return *moved, self._motion.turned - self._turned_before
 
     def command(self, frame: ActuatorFrame) -> None:
         """Update by the actuator frame in force."""

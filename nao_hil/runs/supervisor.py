@@ -2,44 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import random
 import signal
-import socket
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from bridge.errors import LinkError
-
 SUPERVISED: Final = "NAO_HIL_SUPERVISED"
 """Environment variable of a child: its stdin is open for as long as its parent lives."""
-PORTS: Final = range(10_240, 32_768)
-"""Above those of known services, below those of outgoing connections (Linux: 32768 and up)."""
-
-
-def free_port() -> int:
-    """A free port of loopback.
-
-    It is none that the system gives to outgoing connections: one of these could take it before its use.
-
-    Raises:
-        LinkError: there is none.
-    """
-    for port in random.SystemRandom().sample(PORTS, len(PORTS)):
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind(("127.0.0.1", port))
-            return port
-    raise LinkError("No port of this machine is free.")
-
-
-def free_endpoint() -> str:
-    """A loopback endpoint at such a port."""
-    return f"tcp/127.0.0.1:{free_port()}"
 
 
 class ChildResult(NamedTuple):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Final, Literal
 
 import msgspec
+import numpy as np
 
 from bridge import rotations
 from bridge.body import BODIES, Body, load_body
@@ -15,16 +17,18 @@ from bridge.guard import Guard
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.observer import Observer
 from bridge.types import Vec3
+from emulator.engine.settings import SETTINGS
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
+from emulator.start import build_world
 from emulator.wear import WearProfile, load_wear
 from emulator.world.events import WorldEvent
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.in_process import run
-from nao_hil.runs.run import RunObserver
-from nao_hil.runs.track import Track, track_of
+from nao_hil.runs.neighbours import Neighbour, add_neighbours, walkers_of
+from nao_hil.runs.run import Run, RunObserver, Table
 from walker.controller import Controller
 
 TIME_AFTER_FALL: Final = 0.3
@@ -33,6 +37,34 @@ MAX_START_TIME: Final = 30.0
 """s within which the walk must have begun."""
 
 Ending = Literal["walked", "fell", "gave up"]
+KEPT: Final = (
+    "actuators.position",
+    "sensors.fsr",
+    *(f"world/truth.{name}" for name in ("torso_position", "torso_orientation", "joints", "com", "zmp")),
+    *(f"walk/telemetry.{name}" for name in ("phase", "step", "place", "zmp", "com", "left", "right")),
+    "walk/telemetry.torso_control",
+)
+"""Columns of a walk's track, beside the `time` of the walk."""
+
+
+def track_of(run: Run, began: float) -> Table:
+    """The walk of a run, one row per command; `KEPT`, as float32.
+
+    Args:
+        run: With ground truth and telemetry.
+        began: Robot time at which the walk began, s.
+    """
+    found = run.aligned("actuators", KEPT)
+    found = found.where(found["time"] >= began)
+    columns = {"time": found["time"] - began} | {name: found[name] for name in KEPT}
+    short = {
+        name: values.astype(np.float32) if values.dtype == float else values for name, values in columns.items()
+    }
+    return Table(short, found.columns)
+
+
+NO_TRACK: Final = track_of(Run(), 0.0)
+"""Track of a walk that keeps none."""
 
 
 class Walk(msgspec.Struct, frozen=True, kw_only=True):
@@ -51,6 +83,8 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     velocities: tuple[tuple[float, Vec3], ...] = ()
     """New ones by time of the walk, s; m/s, m/s, rad/s. For gaits that change theirs in stride."""
     load: TorsoLoad | None = None
+    neighbours: tuple[Neighbour, ...] = ()
+    """Other robots in the world, whose falls do not count."""
     stand: bool = False
     """Stand in place of walking; the time of the walk is that of the stand."""
     keep_track: bool = True
@@ -76,7 +110,7 @@ class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
     """The end of a walk."""
 
     ending: Ending
-    """`gave up`: the walker detected a fall by mistake, and lies still."""
+    """`gave up`: the walker ended the walk itself, by a fall that was none, or because a policy failed."""
     time: float
     """Time of the fall, or of the end, in the time of the walk, s."""
     roll: float
@@ -105,7 +139,8 @@ class WalkOutcome:
 
     walk: Walk
     end: WalkEnd
-    track: Track
+    track: Table
+    """Cycle by cycle, the columns of `KEPT`; without rows where the walk keeps none."""
 
     @property
     def seed(self) -> int:
@@ -124,7 +159,11 @@ def walk(task: Walk) -> WalkOutcome:
     make = controller_maker(config, waits=task.stand)
     body = task.body or load_body(config.robot)
     loaded = task.load.on(body) if task.load else body
-    with build_robot(config, task.scenario, loaded, task.wear) as robot:
+    world = build_world(config.engine, SETTINGS, task.scenario, config.seed)
+    with closing(world.engine):
+        robot = build_robot(config, task.scenario, loaded, task.wear, world=world)
+        neighbours = add_neighbours(world, task.neighbours, config, task.scenario, body)
+        world.start()
         controller = make(body, body.cycle)
         observer, kept = _WalkObserver(task, robot, controller), RunObserver(body)
         most = round((MAX_START_TIME + task.duration) / body.cycle)
@@ -135,6 +174,7 @@ def walk(task: Walk) -> WalkOutcome:
             [observer, *([kept] if task.keep_track else [])],
             most,
             ended=observer.ended,
+            neighbours=walkers_of(neighbours, task.neighbours),
         )
         last = robot.frame.time
     end = observer.end()
@@ -196,7 +236,7 @@ class _WalkObserver(Observer):
         """The end of the walk."""
         time, truth = self._fallen or (max(self._time, 0.0), self._truth)
         ending: Ending = "fell" if self._fallen else "walked"
-        if self._fallen is None and time < self._task.duration - 1e-9:
+        if self._fallen is None and (time < self._task.duration - 1e-9 or self._controller.failure):
             ending = "gave up"
         return WalkEnd(
             ending=ending,

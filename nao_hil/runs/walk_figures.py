@@ -7,6 +7,7 @@ from typing import Final, Literal
 
 from bridge import rotations
 from bridge.messages import Notice, TruthFrame, WalkTelemetry
+from bridge.planar import Pose2D
 from bridge.types import Vec3
 
 MIN_SUPPORT_FORCE: Final = 5.0
@@ -100,7 +101,7 @@ class HeadingMotion:
         if before.time < self._from:
             return
         x, y = (b - a for a, b in zip(before.torso_position[:2], truth.torso_position[:2], strict=True))
-        ahead, aside = rotations.planar_point((0.0, 0.0, -(yaw + 0.5 * turn)), (x, y))
+        ahead, aside = Pose2D(yaw=yaw + 0.5 * turn).local(x, y)
         self._x += ahead
         self._y += aside
         self._turn += turn

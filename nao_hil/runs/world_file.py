@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 import msgspec
 
 from bridge.config import load_toml
 from bridge.errors import ConfigurationError
+from bridge.link import DEFAULT_ROBOT
 from bridge.messages.frames import Name
+from bridge.messages.game import Byte, PlayerNumber
 from bridge.types import Bounded, Count, Vec3
 from nao_hil.runs.config import RunConfig, run_config
 
@@ -31,6 +33,15 @@ class WorldRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     """Place of its torso on the floor, m."""
     yaw: Bounded = 0.0
     """Its heading, degrees."""
+    team: Byte | None = None
+    """Number of its team in the league's games."""
+    player: PlayerNumber | None = None
+    """Its number in the team."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for one of the two numbers alone."""
+        if (self.team is None) != (self.player is None):
+            raise ValueError(f"robot `{self.name}` needs both `team` and `player`, or neither")
 
 
 class WorldFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -52,6 +63,12 @@ class Member(NamedTuple):
     config: RunConfig
     at: Vec3 | None
     """x and y in m, and heading, rad; None: the scenario's."""
+    player: tuple[int, int] | None = None
+    """Team and player number in the league's games."""
+
+
+OF_A_ROBOT: Final = ("robot", "wear", "start")
+"""Fields of `RunConfig` that a robot of a file has of its own."""
 
 
 def members(settings: RunConfig, name: str, number: int, file: Path | None) -> list[Member]:
@@ -69,6 +86,13 @@ def members(settings: RunConfig, name: str, number: int, file: Path | None) -> l
     if file is not None:
         if number != 1:
             raise ConfigurationError("The file of --world lists its robots; leave out --robots.")
+        given = {"name": name != DEFAULT_ROBOT}
+        given |= {field: getattr(settings, field) != getattr(RunConfig(), field) for field in OF_A_ROBOT}
+        if named := [field for field, differs in given.items() if differs]:
+            raise ConfigurationError(
+                f"The file of --world gives each robot its {' and '.join(named)}; write "
+                f"{'it' if len(named) == 1 else 'them'} there."
+            )
         return [_member(settings, robot) for robot in load_toml(file, WorldFile).robots]
     if number == 1:
         return [Member(name, settings, None)]
@@ -94,4 +118,5 @@ def _member(settings: RunConfig, robot: WorldRobot) -> Member:
         mode=settings.mode,
     )
     own = msgspec.structs.replace(own, guard=settings.guard)
-    return Member(robot.name, own, (*robot.at, math.radians(robot.yaw)))
+    player = None if robot.team is None or robot.player is None else (robot.team, robot.player)
+    return Member(robot.name, own, (*robot.at, math.radians(robot.yaw)), player)

@@ -21,6 +21,7 @@ import numpy as np
 from bridge.body import BODIES, body_of
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import DEFAULT_ROBOT
+from bridge.link.robots import LinkRobot, LinkRobots
 from bridge.link.session import in_order
 from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.frames import ELEMENTS
@@ -38,7 +39,7 @@ from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
-from nao_hil.view.live import Commands, LinkRobot, LinkRobots, Subscriber, stop_all
+from nao_hil.view.live import Commands, Subscriber, stop_all
 from nao_hil.view.orders import (
     Choose,
     Driving,
@@ -57,6 +58,7 @@ from nao_hil.view.signals import Lateness
 from nao_hil.view.state import describe
 from walker.estimation.odometry import GroundPlane
 from walker.gaits.catalogue import GAITS, gait_parameters
+from walker.gaits.learned import POLICIES, PREFIX
 
 POLL_RATE: Final = 40.0
 """Polls for new messages per second."""
@@ -70,6 +72,8 @@ MAX_EVENTS: Final = 200
 """Symptoms and footprints that are kept."""
 LOOK_INTERVAL: Final = 1.0
 """s between two looks for robots that came or went."""
+LEARNED: Final = tuple(PREFIX + network.stem for network in sorted(POLICIES.glob("*.onnx")))
+"""Learned gaits that are shipped with their networks."""
 END_TIMEOUT: Final = 1.0
 """s that the last question may take when the page ends."""
 FAULTS: Final[dict[str, tuple[str, str]]] = {
@@ -342,7 +346,7 @@ class Follower:
             supervised=orders.supervised,
             saves=self._folder is not None,
             state=self._state,
-            gaits={gait: gait_parameters(gait).limits is not None for gait in GAITS},
+            gaits={gait: gait_parameters(gait).limits is not None for gait in (*GAITS, *LEARNED)},
             robots=list(BODIES),
             wears=list(WEAR),
             scenarios=list(SCENARIOS),
@@ -451,7 +455,7 @@ class LinkFollower:
             self.robots.close()
 
     def follower(self, robot: str) -> Follower:
-        """Of a robot, whether it is there or not."""
+        """The follower of a robot, whether it is there or not."""
         with self._lock:
             if robot not in self._followers:
                 self._followers[robot] = Follower(robot, self)

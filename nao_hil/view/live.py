@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Final, NamedTuple, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
-import zenoh
-
-from bridge.body import Body, body_of
 from bridge.errors import FrameError, LinkError, NaoHilError
 from bridge.link import keys
 from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask
-from bridge.link.session import in_order, open_client, robots, subscribe, try_client
+from bridge.link.session import in_order, open_client
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode, encode
 from bridge.messages.guard import GuardStatus, StopRequest
 from bridge.messages.topics import TOPICS, Message
@@ -70,77 +66,6 @@ class Subscriber:
     def close(self) -> None:
         """Leave the network."""
         self._subscription.close()
-
-
-class LinkRobot(NamedTuple):
-    """A robot of a link, as the others' page draws it."""
-
-    body: Body
-    newest: deque[bytes]
-    """The newest ground truth, packed; empty: none yet, as of a real robot."""
-
-    @property
-    def truth(self) -> TruthFrame | None:
-        """The newest ground truth."""
-        try:
-            return decode(self.newest[0], TruthFrame) if self.newest else None
-        except FrameError:  # a stranger on the key
-            return None
-
-
-class LinkRobots:
-    """The robots of a link, by their names, each with its newest ground truth.
-
-    Args:
-        connect: Zenoh endpoint of the link.
-    """
-
-    def __init__(self, connect: str) -> None:
-        self._endpoint = connect
-        self._lock = threading.Lock()
-        self._session: zenoh.Session | None = None
-        self._subscribers: dict[str, Any] = {}
-        self._met: dict[str, LinkRobot] = {}
-        self.found: dict[str, LinkRobot] = {}
-        """At the last `update`."""
-
-    def update(self) -> dict[str, LinkRobot]:
-        """Look for robots that came or went.
-
-        Raises:
-            ConfigurationError: not an endpoint.
-        """
-        with self._lock:
-            if self._session is None:
-                self._session = try_client(self._endpoint)
-            if self._session is not None:
-                names = robots(self._session)
-                known = {name: robot for name, robot in self.found.items() if name in names}
-                new = {name: self._meet(self._session, name) for name in names if name not in known}
-                known |= {name: robot for name, robot in new.items() if robot is not None}
-                self.found = {name: known[name] for name in names if name in known}
-            return self.found
-
-    def _meet(self, session: zenoh.Session, name: str) -> LinkRobot | None:
-        """A robot that is new; None: it does not say what it is."""
-        try:
-            answer = ask(session, keys.key(name, keys.INFO), b"", ANSWER_TIMEOUT, LinkError)
-            if answer is None:
-                return None
-            info = decode(answer, Info)
-            robot = LinkRobot(body_of(info.body, info.sheet), deque(maxlen=1))
-        except NaoHilError:
-            return None
-        if name in self._met and self._met[name].body == robot.body:
-            return self._met[name]  # back after an outage: whoever draws it has this one
-        self._met[name] = robot
-        self._subscribers[name] = subscribe(session, keys.topic_key(name, TruthFrame), robot.newest.append)
-        return robot
-
-    def close(self) -> None:
-        """Leave the network."""
-        if self._session is not None:
-            self._session.close()
 
 
 def stop_all(names: Iterable[str], connect: str) -> str:

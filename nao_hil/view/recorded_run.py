@@ -15,8 +15,8 @@ from bridge.errors import ConfigurationError
 from bridge.messages import TruthFrame
 from bridge.messages.world_state import WorldReply
 from nao_hil.analysis.diagnosis import BalanceEstimator, Symptom, Symptoms, explain
-from nao_hil.runs.run import Cycle, Run
-from nao_hil.view.rows import TIME_TOLERANCE, RunRows, events_json
+from nao_hil.runs.run import TIME_TOLERANCE, Cycle, Run
+from nao_hil.view.rows import RunRows, events_json
 
 MAX_ROWS: Final = 20_000
 """Rows of a page; of a longer run every second, third, ... one."""
@@ -64,7 +64,7 @@ def recorded_rows(
     bodies = {name: track.body for name, track in others.items()}
     watch, rows = Symptoms(observer), RunRows(run.body, world, bodies)
     symptoms: list[Symptom] = []
-    table, prints = [], []
+    table, prints, objects = [], [], []
     fell, stood, off = math.inf, math.inf, False
     console = Console(stderr=True)
     cycles = first_run(run.cycles())
@@ -80,11 +80,14 @@ def recorded_rows(
         prints += rows.prints(balance)
         if rows.due(time):
             table.append(rows.row(balance, others={name: track.at(time) for name, track in others.items()}))
+            objects.append(cycle.truth.objects if cycle.truth is not None else ())
     if not table:
         raise ConfigurationError("The recording holds no sensor frame; record a robot that runs.")
     events = events_json(symptoms, explain(symptoms, torso_off=off), stood)
-    chosen = np.array(table[:: 1 + len(table) // MAX_ROWS])
-    return rows.pack(chosen, prints, title=title, subtitle=run.title, **header, **events)
+    chosen = slice(None, None, 1 + len(table) // MAX_ROWS)
+    return rows.pack(
+        np.array(table[chosen]), prints, objects[chosen], title=title, subtitle=run.title, **header, **events
+    )
 
 
 def first_run(cycles: Iterable[Cycle]) -> Iterator[Cycle]:

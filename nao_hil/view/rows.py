@@ -13,7 +13,7 @@ import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,13 +25,15 @@ from bridge.body.kinematics import FloatingBase
 from bridge.dcm.actuators import led_names
 from bridge.messages import TruthFrame
 from bridge.messages.frames import N_LEDS
-from bridge.messages.world_state import WorldReply
+from bridge.messages.game import GameState, Penalty
+from bridge.messages.world_state import WorldObject, WorldReply
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, rotation
 from bridge.types import SIDES, Array
 from emulator.shell import Colour, ColouredMesh, lamps, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Stand, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
+from nao_hil.runs.run import TIME_TOLERANCE
 from nao_hil.view.signals import CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.surroundings import Footprints, terrain_meshes
 from walker.estimation.odometry import GroundPlane
@@ -64,10 +66,10 @@ LENGTH_STEP: Final = 1e-4
 """Step to which lengths are rounded in a file, m."""
 TURN_STEP: Final = 1.0 / 16384.0
 """Likewise of a quaternion's components."""
+STATES: Final = get_args(GameState)
+PENALTIES: Final = get_args(Penalty)
 POSE_WIDTH: Final = 7 + len(JOINTS)
 """Numbers of the pose of another robot."""
-TIME_TOLERANCE: Final = 1e-6
-"""Tolerance of a row's time, s."""
 
 
 class Point(NamedTuple):
@@ -198,6 +200,7 @@ class RunRows:
             "phase": (1, 1.0),
             "lights": (3 * len(self._lamps), 1.0),
             "others": (POSE_WIDTH * len(self.others), LENGTH_STEP),
+            "game": (5 + len(self.others), 1.0),
             "signals": (len(SIGNALS), 0.01),
         }
         """Columns of a row: name -> width, and step to which a file rounds."""
@@ -255,6 +258,7 @@ class RunRows:
                 [walk.step if walk else math.nan, self._phases.get(walk.phase, math.nan) if walk else math.nan],
                 self._lights(balance.cycle.truth),
                 *(pose_values((others or {}).get(name)) for name in self.others),
+                self._game(balance.cycle.truth, others or {}),
                 signal_values(balance, late),
             ]
         )
@@ -277,6 +281,14 @@ class RunRows:
         lights: Array = self._lit @ np.array(leds) if leds else np.zeros(len(self._lit))
         return lights
 
+    def _game(self, truth: TruthFrame | None, others: Mapping[str, TruthFrame | None]) -> list[float]:
+        """State, both scores, seconds left and penalties, the other robots' last; NaN: no game."""
+        if truth is None or not truth.game.state:
+            return [math.nan] * self.fields["game"][0]
+        game, found = truth.game, [truth, *map(others.get, self.others)]
+        penalties = [math.nan if one is None else float(PENALTIES.index(one.game.penalty)) for one in found]
+        return [float(STATES.index(game.state)), *map(float, game.score), game.seconds_remaining, *penalties]
+
     def _points(self, balance: Balance) -> list[float]:
         """Places of `POINTS`, in their order."""
         best, com = balance.best, balance.best.robot.com
@@ -294,14 +306,27 @@ class RunRows:
             return (math.nan,) * 3
         return (*point, self.floor.at(*point) + MARK_HEIGHT)
 
-    def pack(self, rows: Array, prints: Sequence[Sequence[float]], **header: Any) -> bytes:
+    def pack(
+        self,
+        rows: Array,
+        prints: Sequence[Sequence[float]],
+        objects: Sequence[Sequence[WorldObject]] = (),
+        **header: Any,
+    ) -> bytes:
         """The run, packed.
 
         Args:
             rows: Shape (n, width).
             prints: As `prints` gives them.
+            objects: Those of the ground truth at each row; none: all stay where the world has them.
             header: Added to the header: title, subtitle, `events_json` and the like.
         """
+        moving = {thing.name: thing for row in reversed(objects) for thing in row}
+        place = {name: i for i, name in enumerate(moving)}
+        poses = np.full((len(rows), len(moving), 7), math.nan)
+        for i, row in enumerate(objects):
+            for thing in row:
+                poses[i, place[thing.name]] = (*thing.position, *_attitude(thing))
         pieces = [
             (k, 1 + i, part)
             for k, drawn in enumerate(self._drawn.values())
@@ -309,17 +334,20 @@ class RunRows:
             for part in drawn.parts[name]
         ]
         pieces += [(0, 0, part) for part in self._terrain()]
-        fields = np.split(rows, np.cumsum([width for width, _ in self.fields.values()])[:-1], axis=1)
+        fields = self.fields | {"objects": (7 * len(moving), LENGTH_STEP)}
+        columns = np.split(rows, np.cumsum([width for width, _ in self.fields.values()])[:-1], axis=1)
+        columns.append(poses.reshape(len(rows), 7 * len(moving)))
         tables = {
             "vertices": PackedTable(np.vstack([part.vertices for *_, part in pieces]), LENGTH_STEP),
             "faces": PackedTable(np.vstack([part.faces for *_, part in pieces]), 1.0),
             "footprints": PackedTable(_padded(prints), LENGTH_STEP),
             **{
-                name: PackedTable(columns, step)
-                for (name, (_, step)), columns in zip(self.fields.items(), fields, strict=True)
+                name: PackedTable(values, step)
+                for (name, (_, step)), values in zip(fields.items(), columns, strict=True)
             },
         }
-        return pack({**self._header(pieces), **header}, tables)
+        widths = {"fields": [[name, width] for name, (width, _) in fields.items()]}
+        return pack({**self._header(pieces), **world_json(self.world, moving), **widths, **header}, tables)
 
     def _header(self, pieces: Sequence[tuple[int, int, ColouredMesh]]) -> dict[str, Any]:
         bodies = list(self._drawn)
@@ -337,7 +365,6 @@ class RunRows:
             ],
             "bodies": [{"links": drawn.links, "chain": drawn.chain} for drawn in self._drawn.values()],
             "others": [{"name": name, "body": bodies.index(b.name)} for name, b in self.others.items()],
-            "fields": [[name, width] for name, (width, _) in self.fields.items()],
             "points": [p._asdict() for p in POINTS],
             "cells": self._cells(),
             "lamps": [
@@ -351,8 +378,8 @@ class RunRows:
             "charts": [chart.to_json() for chart in CHARTS],
             "signals": list(SIGNALS.items()),
             "joints": [[j, *np.degrees([s.lower, s.upper])] for j in JOINTS if (s := self.body.joints.get(j))],
+            "game": {"states": STATES, "penalties": PENALTIES},
             "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
-            **world_json(self.world),
         }
 
     def _terrain(self) -> list[ColouredMesh]:
@@ -376,11 +403,12 @@ class RunRows:
         ]
 
 
-def world_json(world: WorldReply | None) -> dict[str, Any]:
-    """Floor (its upward normal) and objects."""
+def world_json(world: WorldReply | None, moving: Mapping[str, WorldObject] | None = None) -> dict[str, Any]:
+    """Floor (its upward normal) and objects; `moving`: those with a pose in each row, in that order."""
     floor = world.floor if world else (0.0, 0.0)
     field = world.terrain.field if world and world.terrain else None
-    goals = field.goals if field else ()
+    goals, moving = field.goals if field else (), moving or {}
+    objects = [*moving.values(), *(o for o in (world.objects if world else ()) if o.name not in moving)]
     return {
         "floor": rotation(*floor, 0.0)[:, 2].tolist(),
         "objects": [
@@ -389,12 +417,18 @@ def world_json(world: WorldReply | None) -> dict[str, Any]:
                 "shape": o.shape,
                 "size": o.size,
                 "position": o.position,
-                "attitude": [o.orientation[3], *o.orientation[:3]],
+                "attitude": _attitude(o),
                 "colour": GOAL if o.name in goals else OBSTACLE,
+                "moves": o.name in moving,
             }
-            for o in (world.objects if world else ())
+            for o in objects
         ],
     }
+
+
+def _attitude(thing: WorldObject) -> list[float]:
+    """Quaternion w, x, y, z of an object."""
+    return [thing.orientation[3], *thing.orientation[:3]]
 
 
 def field_json(world: WorldReply | None) -> dict[str, Any] | None:

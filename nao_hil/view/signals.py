@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from bridge.body.joints import JOINTS
+from bridge.body.joints import JOINTS, LEGS
 from bridge.messages.columns import COLUMNS
 from bridge.messages.frames import ELEMENTS, SensorFrame
 from bridge.types import Array
@@ -33,7 +33,6 @@ def _mm(metres: float | None) -> float | None:
     return None if metres is None else 1e3 * metres
 
 
-LEGS: Final = [i for i, name in enumerate(JOINTS) if "Hip" in name or "Knee" in name or "Ankle" in name]
 QUANTITIES: Final = {"angle": "deg", "command": "deg", "current": "A", "temperature": "°C"}
 """Signals of each joint: quantity and unit."""
 _CONVERTED: Final = {

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body.kinematics import FloatingBase
 from bridge.messages.world_state import Terrain, WorldObject, WorldReply
+from bridge.planar import Pose2D
 from bridge.recording.playback import recorded_config
 from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
@@ -19,7 +20,6 @@ from emulator.scenarios import load_scenario
 from emulator.scenarios.model import Scenario, terrain_of
 from nao_hil.analysis.diagnosis import Balance
 from walker.estimation.odometry import on_ground
-from walker.gaits.plan import Foothold
 
 Kind = Literal["planned", "made"]
 SAME_OUTLINE_DISTANCE: Final = 0.004
@@ -51,13 +51,13 @@ class Footprints:
         found: list[Footprint] = []
         for side in SIDES:
             foot = balance.best.robot.feet[side]
-            at = Foothold(float(foot[0, 3]), float(foot[1, 3]), heading(foot))
+            at = Pose2D(float(foot[0, 3]), float(foot[1, 3]), heading(foot))
             found += self._touch("made", side, balance.best.contacts.of(side), at)
             if balance.plan is not None:
                 found += self._touch("planned", side, balance.plan.lift[side] < 1e-4, balance.plan.soles[side])
         return found
 
-    def _touch(self, kind: Kind, side: Side, down: bool, at: Foothold) -> list[Footprint]:
+    def _touch(self, kind: Kind, side: Side, down: bool, at: Pose2D) -> list[Footprint]:
         before, self._down[kind, side] = self._down.get((kind, side), False), down
         if not down or before:
             return []

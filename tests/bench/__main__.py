@@ -21,6 +21,7 @@ from tests.bench import (
     pictures,
     round_trip,
     servos,
+    worlds,
 )
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
@@ -28,6 +29,7 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "cycles": cycles.measure,
     "batch": batch.measure,
     "servos": servos.measure,
+    "worlds": worlds.measure,
     "huang-search": huang_search.measure,
     "page": page.measure,
     "pictures": pictures.measure,

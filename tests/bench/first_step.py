@@ -16,8 +16,9 @@ from bridge.errors import LinkError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import TruthFrame, decode
-from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.runs.supervisor import Child
 from tests.bench.pictures import TIMEOUT, await_server
+from tests.ports import free_endpoint
 
 TRIALS: Final = 20
 CALLS_BEFORE: Final = ("wakeUp", "rest", "StandInit", "Stand", "Crouch")

@@ -36,9 +36,10 @@ from bridge.messages import ActuatorFrame, Info
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
 from emulator.timing import CycleTimer
-from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.runs.supervisor import Child
 from tests.bare_loop import BareLoop
 from tests.frames import standing_frame
+from tests.ports import free_endpoint
 
 _WARM_UP: Final = 100
 _TRIPS: Final = 500

@@ -24,8 +24,9 @@ from bridge.messages import TruthFrame, decode
 from bridge.messages.world import Reset
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import run_config
-from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.runs.supervisor import Child
 from tests.bench.pictures import TIMEOUT
+from tests.ports import free_endpoint
 
 CLIENTS: Final = 20
 """Of each kind."""

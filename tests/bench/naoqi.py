@@ -28,8 +28,9 @@ from bridge.link import ControllerLink, RobotLink
 from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
-from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.runs.supervisor import Child
 from tests.frames import standing_frame
+from tests.ports import free_endpoint
 
 _CYCLE: Final = 0.01
 _BLOCKS: Final = 4

@@ -21,10 +21,11 @@ from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.supervisor import Child, free_endpoint, free_port
+from nao_hil.runs.supervisor import Child
 from nao_hil.view.child import READY, LivePage
 from nao_hil.view.video import CHROMIUM, SOFTWARE
 from tests.bench.cycles import bare_cycle
+from tests.ports import free_endpoint, free_port
 
 GZIP: Final = b"\x1f\x8b"
 """First bytes of a packed run; other binary messages are rows."""

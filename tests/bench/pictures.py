@@ -17,7 +17,8 @@ from bridge.errors import LinkError
 from bridge.link import ControllerLink
 from bridge.messages import SensorFrame
 from emulator.engine.catalogue import ENGINES
-from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.runs.supervisor import Child
+from tests.ports import free_endpoint
 
 TIMEOUT: Final = 120.0
 """s for each process to start."""

@@ -28,7 +28,7 @@ from bridge.link.session import open_client, open_robot
 from bridge.messages import ActuatorFrame, Info, SensorFrame, encode
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.supervisor import free_endpoint
+from tests.ports import free_endpoint
 
 _BLOCKS = 6
 _PACED, _BACK_TO_BACK = 100, 400

@@ -96,6 +96,7 @@ def test_reads_what_is_right() -> None:
             "did you mean 'worn'?); known: ideal, worn",
         ),
         ("title = 'a'\nlevel = 1", "level: ", "expected text, got a whole number"),
+        ("title = 'a'\nnote = 'loud'", "note: ", "expected a table, got text"),
         ("title = 'a'\nservos.knee = 1", "servos.knee: ", "expected a table, got a whole number"),
         ("title = 'a'\nrow = [nan]", "row[0]: is nan", "finite"),
         ("title = 'a'\nservos.knee.dry-friction = inf", "servos.knee.dry-friction: is inf", "finite"),

@@ -76,7 +76,7 @@ def test_the_links_are_where_ground_truth_and_kinematics_have_them(tmp_path: Pat
 
 def test_a_footstep_lies_under_each_new_place_of_a_loaded_foot(tmp_path: Path) -> None:
     """50 cm in 10 messages: each is a new place; the foot stands from the second message on."""
-    updates = record(tmp_path / "frames.mcap")["3d/footsteps"]
+    updates = record(tmp_path / "frames.mcap")["3d/scene"]
     steps = [entity for update in updates for entity in update["entities"]]
     assert len(steps) == 9
     assert all(set(step) == ENTITY and step["id"].startswith("L") for step in steps)

@@ -7,27 +7,30 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from bridge.adapters.naoqi.core.cameras import Pipe
 from bridge.body import load_body
 from bridge.body.joints import INDEX
+from bridge.body.kinematics import FloatingBase, homogeneous
 from bridge.body.postures import POSTURES
-from bridge.host import robot_info
+from bridge.link.robots import LinkRobot
 from bridge.messages import TruthFrame, encode
 from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
+from bridge.rotations import matrix
 from bridge.types import Vec3
 from emulator.camera import process
 from emulator.camera.picture import draw, hidden
 from emulator.camera.scene import (
-    CameraScene,
+    RobotModel,
     encode_picture,
     floor_of,
     objects_of,
@@ -35,6 +38,7 @@ from emulator.camera.scene import (
     thing_of,
 )
 from emulator.camera.shapes import Cylinder
+from emulator.shell import shell
 from tests.frames import truth_frame, world_reply
 
 LOOKS = {
@@ -81,11 +85,14 @@ def pinhole(
     return x, u, v
 
 
-def picture(body: str, camera: int, frame: TruthFrame, reply: WorldReply, width: int) -> np.ndarray:
-    scene = CameraScene(load_body(body))
-    links = scene.links(frame)
-    solids = [*scene.limbs(links), *objects_of(reply), *map(thing_of, reply.things)]
-    return draw(scene.view(camera, links), floor_of(reply), solids, width, 3 * width // 4)
+def picture(
+    body: str, camera: int, frame: TruthFrame, reply: WorldReply, width: int, others: Sequence[TruthFrame] = ()
+) -> np.ndarray:
+    model = RobotModel(load_body(body))
+    links = model.links(frame)
+    robots = [model.mesh(links, head=False), *(model.mesh(model.links(other)) for other in others)]
+    solids = [*objects_of(reply), *map(thing_of, reply.things)]
+    return draw(model.view(camera, links), floor_of(reply), solids, width, 3 * width // 4, robots)
 
 
 def red(rgb: np.ndarray) -> np.ndarray:
@@ -120,13 +127,82 @@ def test_a_box_before_the_ball_hides_it() -> None:
     box = WorldObject(
         name="b", size=(0.1, 0.4, 0.8), position=(0.8, 0.0, 0.4), orientation=(0.0, 0.0, 0.0, 1.0), mass=0.0
     )
-    scene = CameraScene(load_body("nao-v5"))
-    view = scene.view(0, scene.links(frame))
+    model = RobotModel(load_body("nao-v5"))
+    view = model.view(0, model.links(frame))
     place = np.array(thing.position)
     assert not hidden(place, view, objects_of(world()))
     assert hidden(place, view, objects_of(world(boxes=(box,))))
     assert red(picture("nao-v5", 0, frame, world(thing), 160)).any()
     assert not red(picture("nao-v5", 0, frame, world(thing, boxes=(box,)), 160)).any()
+
+
+def pixels_of(frame: TruthFrame, other: TruthFrame, width: int) -> np.ndarray:
+    """Another V6 in the picture of a V6's upper camera, by Pillow, with all pixels that edges touch."""
+    body = load_body("nao-v6")
+    kinematics = FloatingBase(body)
+    torso = homogeneous(matrix(other.torso_orientation), np.array(other.torso_position))
+    frames = dict(zip(kinematics.links, torso @ kinematics.in_torso(other.joints), strict=True))
+    image = Image.new("1", (width, 3 * width // 4))
+    drawing = ImageDraw.Draw(image)
+    for link, pieces in shell(body).items():
+        R, d = frames[link][:3, :3], frames[link][:3, 3]
+        for piece in pieces:
+            corners = [pinhole("nao-v6", 0, frame, 0.0, 0.0, 0.0, point) for point in piece.vertices @ R.T + d]
+            places = [(u * width - 0.5, v * 0.75 * width - 0.5) for _, u, v in corners]
+            for face in piece.faces:
+                drawing.polygon([places[corner] for corner in face], fill=1, outline=1)
+    return np.array(image)
+
+
+def covered(frame: TruthFrame, others: Sequence[TruthFrame], width: int, *boxes: WorldObject) -> np.ndarray:
+    """Pixels of the upper camera that are others with other robots than without."""
+    bare, seen = (picture("nao-v6", 0, frame, world(boxes=boxes), width, robots) for robots in ((), others))
+    return (bare != seen).any(axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("at", "heading"), [((1.5, 0.0, 0.33), math.pi), ((0.9, 0.25, 0.33), 0.4), ((4.0, -1.0, 0.33), -1.6)]
+)
+def test_another_robot_covers_the_pixels_that_a_pinhole_gives_it(at: Vec3, heading: float) -> None:
+    frame, other = truth(0.0, 0.0), truth(0.3, 0.1, at, heading)
+    seen, touched = covered(frame, [other], 320), pixels_of(frame, other, 320)
+    padded = np.pad(touched, 1)
+    around = [padded[1 + i : 241 + i, 1 + k : 321 + k] for i in (-1, 0, 1) for k in (-1, 0, 1)]
+    inner, outer = np.min(around, axis=0), np.max(around, axis=0)
+    assert inner.sum() > 300
+    assert not (seen & ~outer).any()
+    assert (inner & ~seen).sum() < 0.01 * inner.sum()  # a part of it may have the background's colour
+
+
+def test_another_robot_behind_is_not_seen() -> None:
+    frame = truth(0.0, 0.0)
+    assert not covered(frame, [truth(0.0, 0.0, (-1.5, 0.0, 0.33))], 160).any()
+    assert covered(truth(0.0, 0.0, heading=math.pi), [truth(0.0, 0.0, (-1.5, 0.0, 0.33))], 160).any()
+
+
+def test_the_nearer_of_robots_and_boxes_is_seen() -> None:
+    """A box hides the legs of a robot behind it up to the far edge of its top, and nothing of one before it."""
+    frame, near, far = truth(0.0, 0.0), truth(0.0, 0.0, (1.0, 0.0, 0.33)), truth(0.0, 0.0, (2.0, 0.0, 0.33))
+    box = WorldObject(
+        name="b", size=(0.1, 1.2, 0.2), position=(1.5, 0.0, 0.1), orientation=(0.0, 0.0, 0.0, 1.0), mass=0.0
+    )
+    free, behind = covered(frame, [far], 160), covered(frame, [far], 160, box)
+    rows = np.flatnonzero(free.any(axis=1))
+    _, _, edge = pinhole("nao-v6", 0, frame, 0.0, 0.0, 0.0, (1.55, 0.0, 0.2))
+    assert rows[0] < edge * 120.0 < rows[-1]
+    hidden_rows = np.flatnonzero(behind.any(axis=1))
+    assert hidden_rows[0] == rows[0] and hidden_rows[-1] == pytest.approx(edge * 120.0, abs=1.5)
+    np.testing.assert_array_equal(covered(frame, [near], 160), covered(frame, [near], 160, box))
+    first, second = (picture("nao-v6", 0, frame, world(), 160, order) for order in ([near, far], [far, near]))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_a_robot_hides_a_thing_behind_it() -> None:
+    model, frame = RobotModel(load_body("nao-v6")), truth(0.0, 0.0)
+    view = model.view(0, model.links(frame))
+    for other, is_hidden in (((1.0, 0.0, 0.33), True), ((1.0, 0.5, 0.33), False), ((2.0, 0.0, 0.33), False)):
+        robots = [model.mesh(model.links(truth(0.0, 0.0, other)))]
+        assert hidden(np.array((1.5, 0.0, 0.4)), view, [], robots) is is_hidden
 
 
 def test_rays_strike_a_pole_where_a_ray_march_does() -> None:
@@ -224,44 +300,54 @@ def test_a_picture_as_a_file_is_read_by_others(kind: str, space: int, mode: str,
         assert read.getpixel((8, 6)) == pytest.approx(middle, abs=2)
 
 
-def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+class FakeLink:
+    """Two robots, whose ground truth a test gives."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, reply: Callable[[], WorldReply]) -> None:
+        body = load_body("nao-v6")
+        self.found = {name: LinkRobot(body, deque(maxlen=1)) for name in ("nao", "other")}
+        monkeypatch.setattr(process, "LinkRobots", lambda _: self)
+        monkeypatch.setattr(process, "WorldClient", lambda *_: SimpleNamespace(send=lambda _: reply()))
+
+    def update(self) -> dict[str, LinkRobot]:
+        return self.found
+
+    def receive(self, payload: bytes, robot: str = "nao") -> None:
+        self.found[robot].newest.append((time.time(), payload))
+
+
+def test_a_garbled_ground_truth_is_passed_over_and_others_are_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Anybody may publish on an unencrypted link; the next good frame is drawn."""
-    received: list[Callable[[bytes], None]] = []
-    monkeypatch.setattr(process, "open_client", lambda *_: None)
-    monkeypatch.setattr(process, "subscribe", lambda _session, _key, receive: received.append(receive))
-    info = encode(robot_info(load_body("nao-v6"), robot="nao", side="emulator", mode="real-time", software=""))
-    monkeypatch.setattr(process, "ask", lambda *_: info)
-    monkeypatch.setattr(process, "WorldClient", lambda *_: SimpleNamespace(send=lambda _: world()))
+    link = FakeLink(monkeypatch, world)
     ours, theirs = socket.socketpair()
     ours.settimeout(10.0)
     pipe = Pipe(ours)
     cameras = process.CameraProcess("nao", "", Pipe(theirs))
-    received[0](b"\x01")
+    link.receive(b"\x01")
     threading.Thread(target=cameras.serve, daemon=True).start()
     pipe.send([1, 0, 40, 30, 11, ""])
     time.sleep(0.1)
-    received[0](encode(truth(0.0, 0.0)))
-    answer = pipe.receive()
-    assert answer is not None and answer[:2] == [1, True]
+    link.receive(encode(truth(0.0, 0.0)))
+    alone = pipe.receive()
+    assert alone is not None and alone[:2] == [1, True]
+    link.receive(encode(truth(0.0, 0.0, (1.0, 0.0, 0.33))), "other")
+    pipe.send([2, 0, 40, 30, 11, ""])
+    together = pipe.receive()
+    assert together is not None and together[:2] == [2, True]
+    assert together[2][1] != alone[2][1]
     pipe.close()
 
 
 def test_it_is_idle_until_the_first_request(monkeypatch: pytest.MonkeyPatch) -> None:
     """It starts with the server, so that a first face is seen at once, and costs little before."""
-    received: list[Callable[[bytes], None]] = []
     asked = threading.Event()
-    monkeypatch.setattr(process, "open_client", lambda *_: None)
-    monkeypatch.setattr(process, "subscribe", lambda _session, _key, receive: received.append(receive))
-    info = encode(robot_info(load_body("nao-v6"), robot="nao", side="emulator", mode="real-time", software=""))
-    monkeypatch.setattr(process, "ask", lambda *_: info)
     face = WorldThing(name="Anna", kind="face", size=0.15, position=(1.0, 0.0, 0.45), facing=(-1.0, 0.0, 0.0))
-    client = SimpleNamespace(send=lambda _: asked.set() or world(face))
-    monkeypatch.setattr(process, "WorldClient", lambda *_: client)
+    link = FakeLink(monkeypatch, lambda: asked.set() or world(face))
     ours, theirs = socket.socketpair()
     ours.settimeout(10.0)
     pipe = Pipe(ours)
     cameras = process.CameraProcess("nao", "", Pipe(theirs))
-    received[0](encode(truth(0.0, 0.0)))
+    link.receive(encode(truth(0.0, 0.0)))
     threading.Thread(target=cameras.serve, daemon=True).start()
     assert not asked.wait(0.5)
     pipe.send([0])

@@ -76,7 +76,7 @@ def test_the_carpet_ends_a_border_beyond_the_lines(name: str, carpet: Vec2) -> N
 def test_goals_stand_on_their_lines_open_to_the_field(name: str, goal_line: float, inner: float) -> None:
     scenario = load_scenario(name)
     with EmulatedRobot(BODY, seed=0, engine="mujoco", scenario=scenario) as robot:
-        objects = {thing.name: thing for thing in robot.world_events.objects()}
+        objects = {thing.name: thing for thing in robot.world.object_states()}
         assert robot.world.terrain.field == field_of(name)
     assert set(objects) == set(field_of(name).goals) and len(objects) == 6
     for end in ("goal1", "goal2"):

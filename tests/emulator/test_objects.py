@@ -10,7 +10,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.errors import FrameError
-from bridge.messages.world import PlaceBox, Push
+from bridge.messages.world import PlaceObject, Push
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.settings import PhysicsSettings
@@ -104,12 +104,12 @@ def test_a_ball_takes_from_a_robot_the_momentum_that_it_gets(engine: Engine) -> 
 def test_an_object_is_in_the_truth_with_its_shape_and_can_be_pushed(physics: str) -> None:
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.1) as robot:
         send = robot.world_events.execute
-        send(PlaceBox(name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(0.5, 0.3)))
-        send(PlaceBox(name="pole", shape="pole", size=(0.1, 0.1, 0.8), at=(1.5, 0.3), friction=0.3))
+        send(PlaceObject(name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(0.5, 0.3)))
+        send(PlaceObject(name="pole", shape="pole", size=(0.1, 0.1, 0.8), at=(1.5, 0.3), friction=0.3))
         send(Push(target="ball", impulse=(0.044, 0.0, 0.0), duration=0.001))
         for _ in range(50):
             robot.advance(None)
-        ball, pole = robot.world_events.objects()
+        ball, pole = robot.world.object_states()
         assert (ball.shape, pole.shape) == ("ball", "pole")
         assert (ball.size, pole.size) == (pytest.approx((0.1, 0.1, 0.1)), pytest.approx((0.1, 0.1, 0.8)))
         assert 0.7 < ball.position[0] < 1.0
@@ -119,8 +119,8 @@ def test_an_object_is_in_the_truth_with_its_shape_and_can_be_pushed(physics: str
 @pytest.mark.parametrize(
     ("shape", "size", "mass", "what"),
     [
-        ("ball", (0.1, 0.1, 0.2), 0.044, "three times its diameter"),
-        ("pole", (0.1, 0.2, 0.8), 0.0, "twice its diameter"),
+        ("ball", (0.1, 0.1, 0.2), 0.044, "its diameter, three times"),
+        ("pole", (0.1, 0.2, 0.8), 0.0, "its diameter, twice"),
         ("ball", (0.1, 0.1, 0.1), 0.0, "needs a mass"),
     ],
 )

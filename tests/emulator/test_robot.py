@@ -58,7 +58,7 @@ def cells_in_world(robot: EmulatedRobot) -> np.ndarray:
 @pytest.mark.parametrize("name", BODIES)
 def test_every_body_stands(name: str) -> None:
     body = load_body(name)
-    with EmulatedRobot(body, seed=0) as robot:
+    with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
         first = robot.truth()
         for _ in range(round(2.0 / body.cycle)):
             robot.advance(None)

@@ -11,7 +11,7 @@ from bridge.config import parse_toml
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 from bridge.messages.faults import JointWeak
-from bridge.messages.world import PlaceBox, Push, SetFriction, StartFault, TiltFloor
+from bridge.messages.world import PlaceObject, Push, SetFriction, StartFault, TiltFloor
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import SCENARIOS, Scenario, load_scenario
@@ -71,7 +71,7 @@ def test_a_reset_restores_everything() -> None:
         for command in (
             SetFriction(friction=0.1),
             Push(impulse=(3.0, 0.0, 0.0)),
-            PlaceBox(name="more", size=(0.1, 0.1, 0.1), at=(0.5, -0.3)),
+            PlaceObject(name="more", size=(0.1, 0.1, 0.1), at=(0.5, -0.3)),
             TiltFloor(pitch=0.1, duration=1.0),
             StartFault(fault=JointWeak(joint="LKneePitch")),
         ):
@@ -79,7 +79,7 @@ def test_a_reset_restores_everything() -> None:
         cycles(robot, 20)
         robot.reset()
         assert robot.faults.names == ()
-        assert [box.name for box in robot.world_events.objects()] == ["box"]
+        assert [box.name for box in robot.world.object_states()] == ["box"]
         assert cycles(robot, 60) == first
         assert robot.take_notices() == said
 
@@ -116,6 +116,16 @@ def test_angles_typed_in_degrees_are_radians_inside() -> None:
         ("[flor]\npitch = 1.0", "did you mean 'floor'"),
         ("[floor]\npich = 1.0", "did you mean 'pitch'"),
         ("[floor]\npitch = 50.0", "floor.pitch"),
+        ("[start]\nx = 1e300", "start.x"),
+        (
+            '[[boxes]]\nname = "b"\nshape = "ball"\nsize = [0.1, 0.1, 0.1]\nat = [1, 0]',
+            r"boxes\[0\]: a ball rolls",
+        ),
+        (
+            '[[boxes]]\nname = "b"\nshape = "pole"\nsize = [0.1, 0.2, 0.5]\nat = [1, 0]',
+            r"boxes\[0\]: the size of",
+        ),
+        ('[[faults]]\ntime = 1.0\nfault = { kind = "hal-error", joint = "LKneePitch" }', "known keys: none"),
         ('[[faults]]\ntime = 1.0\nfault = { kind = "sensor-ded", sensor = "fsr" }', "sensor-dead"),
         (
             '[[faults]]\ntime = 1.0\nfault = { kind = "sensor-dead", sensor = "gyro" }',

@@ -2,7 +2,7 @@
 
 Usage, from the repository's root: python -m tests.fuzz.fuzz TARGET [libFuzzer's options] [FOLDER ...], for
 example `python -m tests.fuzz.fuzz frames -max_total_time=600 new tests/fuzz/corpus/frames`. A finding becomes a
-file in tests/fuzz/corpus/TARGET/, and with it a test.
+file in tests/fuzz/corpus/TARGET/, and with it a test; `-merge=1 SMALL LARGE` keeps the files that add coverage.
 """
 
 from __future__ import annotations

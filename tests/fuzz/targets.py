@@ -11,8 +11,6 @@ import tempfile
 from collections.abc import Callable
 from http import HTTPStatus
 from pathlib import Path
-from threading import RLock
-from types import SimpleNamespace
 from typing import Any, Final
 
 import msgspec
@@ -20,14 +18,14 @@ from rosbags.typesys import Stores, get_typestore
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
+from bridge.adapters.gamecontroller import packets
+from bridge.adapters.gamecontroller.referee import Schedule
 from bridge.adapters.lola.client import Setpoints
 from bridge.adapters.lola.codec import MapStream
 from bridge.adapters.lola.packets import identity_of, sensor_frame
 from bridge.adapters.naoqi import qi_values
-from bridge.adapters.naoqi.core.robot_facts import RobotConfig
-from bridge.adapters.naoqi.services import Services
 from bridge.adapters.ros.orders import JointPath
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.body.joints import N_JOINTS
 from bridge.config import load_toml, parse_toml
 from bridge.dcm import requests
@@ -50,13 +48,14 @@ from bridge.messages import (
 )
 from bridge.messages.dcm import DcmCall, DcmCommand, DcmRead, DcmTime
 from bridge.messages.walk import WalkCommand
-from bridge.messages.world import WorldCommand
+from bridge.messages.world import ReportGame, WorldCommand
 from bridge.recording.playback import read_recording, recording_end
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
 from nao_hil.runs.config import RunConfig
 from nao_hil.view.access import Access, Answer
 from nao_hil.view.server import door
+from tests.bridge.adapters.naoqi.served import Robot
 from tests.frames import STANDING, standing_frame
 
 FRAMES: Final = (
@@ -74,20 +73,9 @@ FRAMES: Final = (
 )
 COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest, WorldCommand)
 DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_request)
-TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
+TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings, Schedule)
 
 ROS_TYPES: Final = get_typestore(Stores.ROS2_JAZZY)
-NAOQI_ROBOT: Final = RobotConfig(load_body("nao-v5"), "nao")
-
-
-class Unwalking:
-    """Of a NAOqi robot's walking side: no walker."""
-
-    handover = SimpleNamespace(has_robot=False)
-
-    def steps_ahead(self) -> list[list[Any]]:
-        """None, of either kind."""
-        return [[], []]
 
 
 def frames(data: bytes) -> None:
@@ -164,20 +152,11 @@ def naoqi(data: bytes) -> None:
         calls = msgspec.msgpack.decode(data, type=list[tuple[str, str, list[Any]]])
     except (msgspec.DecodeError, UnicodeDecodeError):
         return
-    services = Services(
-        NAOQI_ROBOT,
-        STANDING,
-        RLock(),
-        Unwalking(),  # type: ignore[arg-type]
-        lambda: None,
-        lambda: None,
-        lambda *_: None,
-        Path(tempfile.gettempdir()) / "nao-hil-fuzz-home",
-    )
+    robot = Robot(STANDING, home=Path(tempfile.gettempdir()) / "nao-hil-fuzz-home")
     for seq, (service, method, arguments) in enumerate(calls):
-        _only(NaoHilError, services.call, service, method, arguments)
-        services.cycle(standing_frame(seq + 1))
-        sent = services.joints.answer()
+        _only(NaoHilError, robot.services.call, service, method, arguments)
+        robot.services.cycle(standing_frame(seq + 1))
+        sent = robot.services.joints.answer()
         assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
 
 
@@ -218,9 +197,25 @@ def ros(data: bytes) -> None:
     assert all(map(math.isfinite, order.position))
 
 
+def gamecontroller(data: bytes) -> None:
+    """A packet of a GameController, or of a robot to it; what is read is written and read again."""
+    with contextlib.suppress(FrameError):
+        report = packets.decode_game(data)
+        assert packets.decode_game(packets.encode_game(report, 0)) == report
+        assert decode(encode(ReportGame(game=report)), ReportGame).game == report
+        first = report.teams[0].number
+        assert report.for_player(first, 1) is not None
+    with contextlib.suppress(FrameError):
+        status = packets.decode_status(data)
+        assert packets.decode_status(packets.encode_status(status))[:3] == status[:3]
+
+
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     target.__name__: target
-    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, page, qi, ros)
+    for target in (
+        *(frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, page, qi, ros),
+        gamecontroller,
+    )
 }
 
 

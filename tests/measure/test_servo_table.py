@@ -71,8 +71,8 @@ def test_without_stiffness_hips_and_knees_fall_by_their_weight(physics: str) -> 
     assert min(fallen[side + joint] for side in "LR" for joint in ("HipRoll", "HipPitch", "KneePitch")) > 15.0
 
 
-def test_a_stalled_motor_warms_as_the_closed_form_says_and_is_derated(physics: str) -> None:
-    track = overload(V3, NOMINAL, physics, 16.0)
+def test_a_stalled_motor_warms_as_the_closed_form_says_and_is_derated() -> None:
+    track = overload(V3, NOMINAL, "mujoco", 16.0)
     hot = part(track, 4) > 85.0
     warm = [float(track[int(np.argmax(hot[:, i])), 0] - track[0, 0]) for i in range(len(LEGS))]
     rise = 60.0 * (59.5 / 12.3) ** 2

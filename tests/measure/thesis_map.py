@@ -19,9 +19,8 @@ from scipy.stats import qmc, spearmanr
 from bridge.errors import ConfigurationError
 from nao_hil.analysis.report.render import Outcome, ReportTable
 from nao_hil.analysis.statistics import wilson
-from nao_hil.campaigns.quantities import changed_all
 from nao_hil.experiments import obstacle, torso_control
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Context, Task
 from nao_hil.runs.build import check_run
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -104,15 +103,13 @@ def points() -> list[dict[str, float]]:
 def walks(context: Context, experiment: str, point: dict[str, float], condition: str) -> list[Walk]:
     """A condition of an experiment at a point, a walk per seed."""
     gait = "dynamic" if experiment.startswith("R5") else "static"
-    plates, duration = None, torso_control.DURATION
-    switches = torso_control.SWITCHES[condition]
+    task = Task(gait, torso_control.DURATION, torso_control.SWITCHES[condition], fields={"keep_track": False})
     if experiment == "R1":
-        plates, duration, switches = obstacle.board, BOARD_DURATION, obstacle.SWITCHES[condition]
+        switches = obstacle.SWITCHES[condition]
+        task = task._replace(duration=BOARD_DURATION, changes=switches, by_seed=obstacle.board)
     elif experiment == "R5, search":
-        duration = SEARCH_DURATION
-    name = f"{experiment}, {condition}, {describe(point)}"
-    made = context.walks(name, gait, duration, switches, plates=plates, keep_track=False)
-    return [changed_all(walk, quantities(point, gait)) for walk in made]
+        task = task._replace(duration=SEARCH_DURATION)
+    return task.walks(context, f"{experiment}, {condition}, {describe(point)}", quantities(point, gait))
 
 
 def describe(point: dict[str, float]) -> str:

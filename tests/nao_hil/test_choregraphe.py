@@ -287,7 +287,9 @@ def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatc
     (tmp_path / "scripts" / "main.py").write_text("print 'started'\n")
     service = '<service name="main" execStart="/usr/bin/python2 scripts/main.py --quiet" autorun="false"/>'
     (tmp_path / "manifest.xml").write_text(f"<package><services>{service}</services></package>")
-    command = [sys.executable, "-c", "import sys; open('ran', 'w').write(' '.join(sys.argv[1:]))"]
+    runs = "import os, sys, time; open('ran', 'w').write(' '.join(sys.argv[1:]))"
+    waits = "[time.sleep(0.01) for _ in iter(lambda: os.path.exists('end'), True)]"
+    command = [sys.executable, "-c", f"{runs}; {waits}"]
     popen = subprocess.Popen
     monkeypatch.setattr(subprocess, "Popen", lambda given, **how: popen([*command, *given[3:]], **how))
     names = {"ALFrameManager": FrameManager(1.0)}
@@ -296,6 +298,7 @@ def test_a_service_of_the_manifest_runs_until_it_ends(tmp_path: Path, monkeypatc
     stopped: list[str] = []
     manager.serviceStopped.connect(lambda name, _: stopped.append(name))
     assert manager.startService("my_package.main") is True and player.idle == 0.0
+    (tmp_path / "end").touch()
     until(lambda: stopped == ["my_package.main"])
     assert (tmp_path / "ran").read_text() == f"{tmp_path / 'scripts' / 'main.py'} --quiet"
     assert not manager.isServiceRunning("my_package.main") and player.could_not == []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shlex
 import socket
@@ -21,7 +20,7 @@ from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import TIMEOUT, repeat_while
 from tests.ports import free_endpoint
-from tests.processes import REPOSITORY, python
+from tests.processes import REPOSITORY
 
 
 def shown(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -115,6 +114,9 @@ def test_a_scenario_with_a_box_in_the_robot_is_refused_before_a_run(
         ("up --view --port 0", ["--port"]),
         ("up --stps 3", ["--steps"]),
         ("up --steps nan", ["'--steps': it must be a whole number"]),
+        ("world place ball 0.3 -0.1 --hieght 0.1", ["No such option: --hieght"]),
+        ("up --velocity -0.1 0 0 --stepz 3", ["No such option: --stepz"]),
+        ("world place ball -0.3 -0.1 --mass -1", ["World command refused: `mass`"]),
         ("up --steps 1 --mode in-process", ["steps is 1; a walk has at least 2"]),
         ("up --seed -1", ["seed"]),
         ("up --mode fast", ["mode: unknown value 'fast'"]),
@@ -224,11 +226,15 @@ def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, sa
         ("nao-hil plot x.mcap --what torso,ce", {"torso,cells"}),
     ],
 )
-def test_the_shell_completes_names(typed: str, offers: set[str]) -> None:
-    asked = {"COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split(" ")) - 1)}
-    script = "import sys; sys.argv = ['nao-hil']; from nao_hil.cli.main import main; main()"
-    done = python("-c", script, env=os.environ | {"_NAO_HIL_COMPLETE": "complete_bash"} | asked)
-    assert set(done.stdout.split()) == offers
+def test_the_shell_completes_names(
+    typed: str, offers: set[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["nao-hil"])
+    monkeypatch.setenv("_NAO_HIL_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", typed)
+    monkeypatch.setenv("COMP_CWORD", str(len(typed.split(" ")) - 1))
+    run()
+    assert set(capsys.readouterr().out.split()) == offers
 
 
 @pytest.mark.parametrize(

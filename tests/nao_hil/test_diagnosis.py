@@ -17,6 +17,7 @@ from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import total_mass
 from bridge.guard import Guard
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
+from bridge.planar import Pose2D
 from bridge.recording.recorder import Recorder
 from bridge.rotations import rotation
 from emulator.robot import EmulatedRobot
@@ -38,7 +39,6 @@ from nao_hil.runs.in_process import run
 from nao_hil.runs.run import Cycle, RunObserver, load
 from walker.controller import Controller
 from walker.estimation.odometry import GroundPlane, Odometry
-from walker.gaits.plan import Foothold
 
 BODY = load_body("nao-v3")
 
@@ -104,7 +104,7 @@ def test_a_robot_on_a_slope_stands_on_it(quiet: list[Cycle], roll: float, pitch:
     upright = kinematics.place(kinematics.in_torso(frame.position), np.eye(4)).feet["L"]
     torso = rotation(roll, pitch, 0.0) @ np.linalg.inv(upright)[:3, :3]
     angle = (math.atan2(torso[2, 1], torso[2, 2]), -math.asin(torso[2, 0]))
-    placed = Odometry(kinematics, Foothold(0.3, -0.2, 0.0)).update(
+    placed = Odometry(kinematics, Pose2D(0.3, -0.2, 0.0)).update(
         msgspec.structs.replace(frame, angle=angle, fsr=(10.0,) * 8), floor
     )
     for x, y, z in kinematics.sole_in_world("L", placed.feet["L"]):
@@ -114,7 +114,7 @@ def test_a_robot_on_a_slope_stands_on_it(quiet: list[Cycle], roll: float, pitch:
 def test_the_plan_is_drawn_where_the_robot_stands_however_far_its_own_odometry_is_off(
     quiet: list[Cycle],
 ) -> None:
-    observer, off = BalanceEstimator(BODY), Foothold(1.0, -2.0, 0.5)
+    observer, off = BalanceEstimator(BODY), Pose2D(1.0, -2.0, 0.5)
 
     def moved(walk: WalkTelemetry) -> WalkTelemetry:
         feet = {s: getattr(walk, s) for s in ("left", "right")}

@@ -67,6 +67,12 @@ def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatc
     assert found["frequency"] == pytest.approx(ours["true"].natural_frequency_rad_s, rel=0.1)
 
 
+def test_a_file_in_the_place_of_the_folder_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "model").touch()
+    assert run(["export", "folder", "--out", str(tmp_path / "model")]) == 2
+    assert "is a file" in capsys.readouterr().err
+
+
 def test_the_folder_s_model_stands_and_both_its_forms_are_the_data_sheets(tmp_path: Path) -> None:
     assert run(["export", "folder", "--robot", "nao-v6", "--out", str(tmp_path)]) == 0
     body = load_body("nao-v6")

@@ -10,6 +10,7 @@ import signal
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -33,6 +34,7 @@ FILES: Final = {
     for suffix, names in {
         TOML: (
             "--config, --robot, --wear, --unseen-wear, --scenario, --columns, --base, --space, --world, "
+            "--game, "
             "config check file, campaign file"
         ),
         ".onnx": ("--leg-model"),
@@ -58,7 +60,7 @@ NO_FILES: Final = """
 --gait --head-id --home --host --html --install-completion --keys --kind --listen --mode --name --out --role
 --router --run --set --show-completion --socket --stabilizer --start --study --torso --url --velocity --video
 --what --yaw --to --admittance --gamepad --domain arguments button folder number person query ranges what x y
-name robot
+name robot shape
 """
 OTHERS: Final = frozenset(NO_FILES.split())
 """Names, endpoints, numbers, folders and files to write; devices that are polled."""
@@ -148,7 +150,7 @@ def mcap(*chunks: tuple[str, bytes, int]) -> bytes:
 
 
 ZEROS: Final = bytes(1 << 26)
-MESSAGES: Final = (struct.pack("<BQ", 5, 22) + bytes(22)) * (1 << 20)
+MESSAGES: Final = (struct.pack("<BQ", 5, 222) + bytes(222)) * (1 << 17)
 QUOTED: Final = ".".join(['","'] * 60_000)
 
 BAD: Final[dict[str, Callable[[], bytes]]] = {
@@ -179,17 +181,23 @@ def make(folder: Path, kind: str, suffix: str) -> Path:
         with path.open("wb") as file:
             file.truncate(1 << 37)  # of nothing: it takes no place on the disk
     else:
-        path.write_bytes(CONTENT[kind])
+        path.write_bytes(content(kind))
     return path
 
 
-CONTENT: Final = {kind: content() for kind, content in BAD.items()}
+@cache
+def content(kind: str) -> bytes:
+    return BAD[kind]()
+
+
 SLOW: Final = ("LZ4 bomb", "chunks of zeros", "chunks of messages")
 FOR_ONE_FORMAT: Final = {
     **dict.fromkeys(("quoted keys", "quoted tables", "many tables", "nested tables"), TOML),
     **dict.fromkeys(SLOW, MCAP),
     "many columns": ".csv",
 }
+FIRST: Final = {case.key: case for case in reversed(CASES)}
+"""The case that gets what takes long to read: all commands with the same option have one reader of its file."""
 
 
 @contextmanager
@@ -223,6 +231,8 @@ def test_a_bad_file_is_one_sentence_and_exit_code_2(
             if FOR_ONE_FORMAT.get(kind, suffix) != suffix or (kind == "nothing" and case.key in EMPTY_IS_VALID):
                 continue
             if kind in SLOW and case.key != "info file":  # all commands have one reader of recordings
+                continue
+            if kind in FOR_ONE_FORMAT and FIRST[case.key] is not case:
                 continue
             path = make(tmp_path, kind, suffix)
             arguments = argv(case, path, tmp_path)

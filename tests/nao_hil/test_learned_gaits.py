@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import nao_hil
 from bridge.errors import ConfigurationError, WalkRefused
 from bridge.messages.walk import WalkCommand
 from nao_hil.analysis.statistics import wilson
@@ -52,6 +53,31 @@ def test_a_failed_policy_ends_with_code_3_and_its_reason(
     assert code == 3
     assert "RKneePitch" in data["failure"] and "LKneePitch" not in data["failure"]
     assert not data["fell"] and data["stands"]
+
+
+def test_a_failed_policy_has_not_walked_on_however_short_the_walk(tmp_path: Path) -> None:
+    name = write_policy(tmp_path, sheet(), np.zeros((3, len(LEGS))), np.full(len(LEGS), math.nan))
+    config = RunConfig(robot="nao-v6", gait=name, engine="mujoco")
+    end = walk(Walk(name="", config=config, duration=0.5, keep_track=False)).end
+    assert (end.ending, end.survived) == ("gave up", False)
+
+
+def test_a_walker_in_process_says_why_its_last_walk_ended(tmp_path: Path) -> None:
+    name = write_policy(tmp_path, sheet(), np.zeros((3, len(LEGS))), np.full(len(LEGS), math.nan))
+    with nao_hil.World(engine="mujoco") as world:
+        world.add("nao-v6", name="a")
+        world.add_walker("a", name)
+        for _ in range(2):  # a new order tries again
+            world.order("a", WalkCommand(op="walk"))
+            for _ in range(400):
+                world.step()
+            status = world.order("a", WalkCommand(op="status"))
+            assert "not finite" in status.failure and status.failure in status.text
+        world.order("a", WalkCommand(op="walk", gait="omni"))
+        for _ in range(400):
+            world.step()
+        status = world.order("a", WalkCommand(op="status"))
+        assert (status.state, status.failure) == ("walk", "")
 
 
 def test_the_path_of_a_sheet_counts_from_the_working_directory(

@@ -13,6 +13,7 @@ from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice
 from bridge.messages.frames import N_LEDS
+from bridge.messages.world_state import WorldObject
 from bridge.recording.recorder import Recorder
 from nao_hil.runs.run import Run, RunObserver, load
 from tests.frames import standing_frame, truth_frame, walk_telemetry
@@ -25,6 +26,8 @@ def live_and_recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Ru
     """Twenty cycles; every third one has telemetry and a command, the fall is in the sixteenth."""
     file = tmp_path_factory.mktemp("run") / "run.mcap"
     observer = RunObserver(BODY)
+    at, turn = (0.1, 0.2, 0.05), (0.0, 0.0, 0.0, 1.0)
+    ball = WorldObject(name="b", shape="ball", size=(0.1,) * 3, position=at, orientation=turn, mass=0.044)
     with Recorder(file, {"robot": "nao-v6", "wear": "/a/worn.toml", "seed": 3}) as recorder:
         for k in range(20):
             truth = msgspec.structs.replace(
@@ -33,6 +36,7 @@ def live_and_recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Ru
                 zmp=(0.01 * k, 0.0) if k % 2 else None,
                 leds=(k,) * N_LEDS if k > 10 else (),
                 fell=k >= 15,
+                objects=(ball,) if k > 4 else (),
             )
             for each in (observer, recorder):
                 each.sensors(standing_frame(k, time=k * BODY.cycle), truth)
@@ -55,6 +59,19 @@ def test_a_run_is_the_same_live_and_recorded(live_and_recorded: tuple[Run, Run])
             else:
                 np.testing.assert_array_equal(values, recorded[topic][name])
     assert list(live.cycles()) == list(recorded.cycles())
+
+
+def test_a_row_for_each_frame_has_the_newest_message_of_other_topics(
+    live_and_recorded: tuple[Run, Run],
+) -> None:
+    table = live_and_recorded[1].aligned("actuators", ["actuators.reply_to", "sensors.seq", "notices.code"])
+    assert table["actuators.reply_to"].tolist() == [9, 12, 15, 18]  # none before the first notice
+    assert table["sensors.seq"].tolist() == [9, 12, 15, 18]
+    every = live_and_recorded[1].aligned("sensors", ["walk/telemetry.phase", "world/truth.com"])
+    assert every.rows == 20 and every["world/truth.com"].shape == (20, 3)
+    assert every["walk/telemetry.phase"].tolist() == ["SSL"] * 9 + ["SSR"] * 11
+    assert every.columns["world/truth.com"].frame == "world"
+    assert every.until(every["time"][3]).rows == 3
 
 
 def test_a_stretch_has_its_tables_and_its_cycles(live_and_recorded: tuple[Run, Run]) -> None:

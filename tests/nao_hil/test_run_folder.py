@@ -97,3 +97,11 @@ def test_a_robot_that_falls_before_the_run_begins_is_refused(tmp_path: Path, mod
     (sentence,) = [line for line in error.splitlines() if "falls before the run begins" in line]
     assert "flatter floor" in sentence and "Traceback" not in error
     assert (tmp_path / "run" / "summary.json").exists()  # the run that was there stays
+
+
+def test_the_folder_of_a_world_names_the_folders_of_its_robots(tmp_path: Path) -> None:
+    for name in ("red", "blue"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "frames.mcap").touch()
+    with pytest.raises(ConfigurationError, match=r"run of a world.*blue, red; give .*/blue"):
+        load(tmp_path)

@@ -50,10 +50,15 @@ def test_programs_started_together_share_one_robot(tmp_path: Path) -> None:
     program = tmp_path / "hello.py"
     program.write_text(
         'from naoqi import ALProxy\nALProxy("ALTextToSpeech", "nao.local", 9559).say("Hello")\n'
-        "import time; time.sleep(5.0)\n"  # longer than the second one needs
+        "import os, sys, time\nopen(os.path.join(sys.argv[1], str(os.getpid())), 'w').close()\n"
+        "for _ in range(2000):\n"  # until the other one has spoken, too
+        "    if len(os.listdir(sys.argv[1])) == 2: break\n"
+        "    time.sleep(0.05)\n"
     )
+    spoken = tmp_path / "spoken"
+    spoken.mkdir()
     places = ["--url", f"tcp://127.0.0.1:{free_port()}", "--connect", free_endpoint()]
-    command = [sys.executable, "-m", "nao_hil.cli", "run-naoqi", *places, "--json", str(program)]
+    command = [sys.executable, "-m", "nao_hil.cli", "run-naoqi", *places, "--json", str(program), str(spoken)]
     programs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     started = [json.loads(process.communicate(timeout=TIMEOUT)[0]) for process in programs]
     assert sorted(started, key=lambda result: len(result["started"])) == [

@@ -178,6 +178,20 @@ def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     assert summary.speed > 0.0
 
 
+def test_a_start_of_the_scenario_is_one_of_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A robot that lies gets up; where it may not, the run has failed."""
+    file = tmp_path / "lying.toml"
+    file.write_text('[start]\npose = "lie-back"\n')
+    command = ["up", "--mode", "in-process", "--engine", "mujoco", "--robot", "nao-v6", "--scenario", str(file)]
+    command += ["--steps", "2", "--json"]
+    for options, code in (([], 0), (["--no-recover"], 1)):
+        assert run([*command, *options, "--out", str(tmp_path / str(code))]) == code
+        summary = json.loads(capsys.readouterr().out.splitlines()[-1])
+        assert (summary["stands"], summary["steps"] > 0) == (not code, not code)
+
+
 @pytest.mark.parametrize("start", [None, "sit"])
 def test_the_documented_nod_moves_the_head_alone(
     start: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]

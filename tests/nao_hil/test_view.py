@@ -24,8 +24,9 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import LinkError
-from bridge.link import RobotLink, keys
+from bridge.link import keys
 from bridge.link.query import serve_query
+from bridge.link.robots import LinkRobot
 from bridge.link.session import open_robot
 from bridge.messages import ActuatorFrame, Notice, WalkTelemetry, decode, encode
 from bridge.messages.frames import ORDER
@@ -42,7 +43,7 @@ from nao_hil.drive.driver import HOLD
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
 from nao_hil.view.follow import LinkFollower, LiveRun
-from nao_hil.view.live import LinkRobot, LinkRobots, stop_all
+from nao_hil.view.live import stop_all
 from nao_hil.view.orders import (
     ABSENCE_TIMEOUT,
     JOINT_RATE,
@@ -58,7 +59,7 @@ from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import SIGNALS
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
-from tests.frames import info_of_robot, truth_frame, walk_status, walk_telemetry
+from tests.frames import truth_frame, walk_status, walk_telemetry
 from tests.loops import TIMEOUT, until
 from tests.made_worlds import record_world
 from tests.nao_hil.test_export_run import unpacked
@@ -137,6 +138,7 @@ def test_a_row_holds_the_pose_of_each_other_robot_of_the_world_by_its_name(stand
 def test_a_live_run_gives_a_late_browser_what_the_others_have(standing: list[Cycle]) -> None:
     info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
     run = LiveRun(info, "robot nao", REPLY)  # type: ignore[arg-type]
+    assert len(unpacked(run.packed(emulated=True))[1]["time"]) == 0  # of one before the first frame
     messages = [message for cycle in standing for message in run.take(cycle)]
     sent = np.array([np.frombuffer(m, "<f4") for m in messages if isinstance(m, bytes)])
     header, tables = unpacked(run.packed(emulated=True))
@@ -367,29 +369,6 @@ def test_a_stop_of_all_robots_reaches_each_and_names_the_one_that_is_silent() ->
             stop_all(["blue", "red"], endpoint)
         assert [decode(payload, StopRequest).how for payload in reached] == ["crouch"] * 2
         answering.undeclare()
-
-
-def test_the_robots_of_a_link_come_and_go_with_their_newest_truth() -> None:
-    endpoint = free_endpoint()
-    robots = LinkRobots(endpoint)
-    assert robots.update() == {}
-    with RobotLink(info_of_robot(robot="nao10"), endpoint) as first:
-        until(robots.update, "the first robot")
-        with RobotLink(info_of_robot(robot="nao2", body="nao-v4"), endpoint, beside=first) as second:
-            until(lambda: list(robots.update()) == ["nao2", "nao10"], "the second robot")
-            assert robots.found["nao2"].body.name == "nao-v4" and robots.found["nao2"].truth is None
-
-            def shows(seq: int) -> bool:
-                """Whether a truth that is published arrives, also where the first one is too early for it."""
-                second.publish(truth_frame(seq))
-                truth = robots.found["nao2"].truth
-                return truth is not None and truth.seq == seq
-
-            for seq in (1, 2):
-                until(lambda seq=seq: shows(seq), "its newest truth")  # type: ignore[misc]
-            assert robots.found["nao10"].truth is None
-        until(lambda: list(robots.update()) == ["nao10"], "the end of the second one")
-    robots.close()
 
 
 def test_a_stop_of_all_robots_says_that_it_reached_none(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -66,6 +67,15 @@ class Command:
     def children(self) -> list[int]:
         path = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
         return [int(pid) for pid in path.read_text().split()]
+
+    def children_with(self, word: str) -> list[int]:
+        """Child processes with a word in their command line; one that ends meanwhile is none."""
+        found = []
+        for pid in self.children():
+            with contextlib.suppress(OSError):
+                if word.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
+                    found.append(pid)
+        return found
 
     def end(self) -> None:
         """Whatever is left of it and of its children."""

@@ -90,7 +90,7 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
     where = ["--connect", endpoint]
     emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"]
     start(*emulate, "--out", str(tmp_path / "run"))
-    walker = start("walk", *where, "--gait", "static", "--steps", "0")
+    walker = start("walk", *where, "--gait", "static", "--steps", "0", "--json")
     with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, TIMEOUT) as guard:
         assert monitor.connect()
         until(lambda: monitor.sensors and monitor.sensors.command > 200, "the walk")
@@ -100,6 +100,8 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
         until(rests(guard), "the robot to rest")
         assert walker.wait() == 3  # who arms the robot again does not ask for this walk to go on
         assert "nao-hil arm" in words(walker.stderr)
+        assert walker.result["ticks"] > 0  # the walk so far is told all the same
+        assert "engine" not in walker.result["config"]  # the robot's own, which the walker does not know
         unsure = start("arm", *where)
         assert unsure.wait() == 2
         assert "say --yes" in words(unsure.stderr)

@@ -134,6 +134,14 @@ def test_a_seal_of_another_key_is_none_of_the_holder(scene: Scene) -> None:
     scene.check()
 
 
+def test_the_notice_of_a_wrong_seal_names_the_seal(scene: Scene) -> None:
+    """Who has the lease and seals wrongly would ask for it in vain."""
+    scene.put(encode(command(50, scene.holder.lease)), bytes(40))
+    assert scene.robot.commands() == []
+    notices = until(lambda: [n.text for n in scene.holder.notices() if n.code == "no-lease"], "the notice")
+    assert "the seal is not of its key" in notices[0]
+
+
 def test_a_message_of_the_holder_counts_once(scene: Scene) -> None:
     scene.holder.send(command(1))
     assert until(lambda: scene.robot.wait_command(0.2), "a command").reply_to == 1

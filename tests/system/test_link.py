@@ -113,7 +113,18 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
         pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
     ):
         walker.status()
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < 0.5 * TIMEOUT
+
+
+def test_a_robot_of_a_world_is_found_though_another_one_was_announced_before_it(endpoint: str) -> None:
+    found: list[object] = []
+    with RobotLink(info_of_robot(robot="away"), endpoint) as away, ControllerLink("home", endpoint) as link:
+        waiting = threading.Thread(target=lambda: found.append(link.wait_robot(timeout=TIMEOUT)))
+        waiting.start()
+        time.sleep(0.3)
+        with RobotLink(info_of_robot(robot="home"), endpoint, beside=away) as home:
+            waiting.join(TIMEOUT)
+            assert found == [home.info]
 
 
 def test_robots_on_one_link_do_not_hear_one_another() -> None:

@@ -18,16 +18,17 @@ from bridge.adapters.lola.packets import actuator_map, sensor_frame
 from bridge.body import load_body
 from bridge.body.joints import JOINTS
 from bridge.body.postures import POSTURES
-from bridge.link.client import WorldClient
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
-from bridge.messages.world import LayDown, StartName
+from bridge.messages.world import StartName
 from bridge.motion import load_motion
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
+from emulator.robot import EmulatedRobot
+from emulator.wear import load_wear
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig, run_config
-from nao_hil.runs.monitor import Monitor
 from tests.loops import TIMEOUT, until
 from tests.processes import REPOSITORY, module_of
+from tests.system.lola_robot import LolaSocket
 
 WEIGHT = 53.0
 """N, of a V6 (data sheet: 5.4 kg)."""
@@ -78,38 +79,38 @@ def on_feet(truth: TruthFrame) -> float:
     return (truth.left.force[2] + truth.right.force[2]) / WEIGHT
 
 
-def test_the_motions_of_a_day_through_lola(served: Any, endpoint: str) -> None:
+def test_the_motions_of_a_day_through_lola() -> None:
     """Up from back, front and side, down to the seat, up from it, and a crouch; one robot, in lockstep."""
     pytest.importorskip("mujoco")
-    lockstep = ("--engine", "mujoco", "--wear", "nominal", "--mode", "lockstep")
-    _, lola = served(*lockstep, "--start", "lie-back", "--seed", "1")
+    body = load_body("nao-v6")
     example = module_of(REPOSITORY / "examples" / "lola_motion.py")
-    with Monitor("nao", endpoint) as monitor, WorldClient("nao", endpoint) as world:
-        until(monitor.connect, "the robot")
+    wear = load_wear("nominal")
+    with EmulatedRobot(body, seed=1, engine="mujoco", wear=wear, start="lie-back") as robot:
+        lola = LolaSocket(robot)
         packet = example.exchange(lola, {})
 
-        def after(*names: str, comes: Callable[[TruthFrame], bool]) -> None:
-            """Play motions; then the robot waits for an answer, and its newest truth is under way."""
+        def after(*names: str) -> TruthFrame:
             nonlocal packet
             for name in names:
                 packet = example.play(lola, load_motion(name), packet)
-            until(lambda: monitor.truth is not None and comes(monitor.truth), f"the end of {names[-1]}")
+            return robot.truth()
 
         def lie(pose: StartName) -> None:
             """Somebody lays the robot down, and the client lets go of it."""
             nonlocal packet
-            world.send(LayDown(pose=pose))
+            robot.lay_down(pose)
             for _ in range(LET_GO):
                 packet = example.exchange(lola, {"Stiffness": [0.0] * 25})
 
-        after("get-up-back", comes=stands)
-        after("sit-down", comes=lambda truth: tilt(truth) < 25.0 and on_feet(truth) < 0.3)
-        after("stand-up", comes=stands)
-        after("crouch", comes=stands)
+        assert stands(after("get-up-back"))
+        seated = after("sit-down")
+        assert tilt(seated) < 25.0 and on_feet(seated) < 0.3
+        assert stands(after("stand-up"))
+        assert stands(after("crouch"))
         lie("lie-front")
-        after("get-up-front", comes=stands)
+        assert stands(after("get-up-front"))
         lie("lie-side")
-        after("roll-from-side", "get-up-back", comes=stands)
+        assert stands(after("roll-from-side", "get-up-back"))
 
 
 def settings() -> RunConfig:

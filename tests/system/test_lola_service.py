@@ -182,40 +182,6 @@ def test_what_a_map_leaves_out_stays(served: Any) -> None:
     assert (third.position, third.stiffness) == ((-0.5,) * 25, (0.75,) * 25)
 
 
-def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCaptureFixture) -> None:
-    """And each kind of mistake is told once per client, however soon after another one."""
-    caplog.set_level("WARNING", "bridge.adapters.lola.server")
-    robot, connect, _ = served()
-    robot.publish()
-    client = connect()
-    client.read()
-    client.send(pack(Position=[float("nan"), 0.5, *[0.25] * 23], Stiffness=[7.0, -7.0, *[0.5] * 23]))
-    command = robot.command()
-    assert command.position == (STILL.position[0], 0.5, *(0.25,) * 23)
-    assert command.stiffness == (1.0, -1.0, *(0.5,) * 23)
-    robot.publish()
-    client.read()
-    client.send(pack(Position=[1.0] * 24, Stiffness=[0.0] * 25))
-    assert robot.command().position == command.position
-    robot.publish()
-    client.read()
-    client.send(pack(Position=[0.0, float("inf"), *[0.0] * 23]))
-    robot.command()
-    robot.publish()
-    client.read()
-    client.send(pack(Position=[30.0, *[0.0] * 24]))
-    assert robot.command().position[0] == 30.0  # the robot's own ranges clip it
-    logged = sorted(record.getMessage() for record in caplog.records)
-    words = (
-        "`Position` needs 25 numbers",
-        "HeadYaw is 30 rad",
-        "HeadYaw is nan",
-        "`Stiffness` of HeadYaw is 7",
-    )
-    assert len(logged) == len(words)
-    assert all(word in line for word, line in zip(words, logged, strict=True))
-
-
 def test_what_a_web_browser_sends_to_a_tcp_port_moves_nothing() -> None:
     """A page of any site may post bytes of its choice to this machine; an HTTP request stands before them."""
     reply = pack(Position=[0.5] * 25)

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
+from bridge.adapters.gamecontroller.referee import Call, Schedule, Team
 from bridge.link.client import GuardClient, WorldClient
-from bridge.messages.world import PlaceBox
+from bridge.messages.world import PlaceObject
 from nao_hil.view.page import world_page, world_recordings
 from tests.loops import until
 from tests.made_worlds import PLACES, record_world
@@ -61,7 +62,7 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         ((name, torso, numbers),) = page.evaluate(OTHERS)
         assert name == "blue" and numbers > 3 * 20
         assert torso[:2] == pytest.approx([0.9, 0.4], abs=0.05) and 0.2 < torso[2] < 0.4
-        world.send(PlaceBox(name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(1.5, 0.0)))
+        world.send(PlaceObject(name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(1.5, 0.0)))
         objects = partial(page.evaluate, "player.runs[0].header.objects.map(({ shape }) => shape)")
         until(lambda: sorted(objects()) == [*["ball"], *["box"] * 2, *["pole"] * 4], "ball and goals")
 
@@ -78,16 +79,26 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         assert errors == []
 
 
-def test_the_robot_of_a_recorded_world_is_chosen_in_the_page(tmp_path: Path) -> None:
-    record_world(tmp_path / "run", 40)
+def test_the_robot_of_a_recorded_world_is_chosen_in_the_page_with_its_game(tmp_path: Path) -> None:
+    teams = (Team(number=5, colour="red"), Team(number=19, colour="blue"))
+    calls = (
+        Call(at=0.0, state="playing"),
+        Call(at=0.0, goal=5),
+        Call(at=0.0, team=5, player=1, penalty="player-pushing"),
+    )
+    record_world(tmp_path / "run", 40, Schedule(teams=teams, calls=calls, half=125.0))
     file, errors = tmp_path / "page.html", list[str]()
     file.write_text(world_page(world_recordings(tmp_path / "run"), "blue")[0])
     with browser_page(errors) as page:
         page.goto(file.as_uri())
         page.wait_for_selector("body[data-ready=yes]")
         assert page.inner_text("#title") == "robot blue"
+        game = page.inner_text("#game")
+        assert all(word in game for word in ("playing", "0 : 1", "2:05", "red: player-pushing")), game
+        assert "blue:" not in game
         page.get_by_label("robot that is shown and gets the orders").select_option("red")
         assert page.inner_text("#title") == "robot red"
+        assert all(word in page.inner_text("#game") for word in ("1 : 0", "red: player-pushing"))
         ((name, torso, _),) = page.evaluate(OTHERS)
         assert name == "blue" and torso[:2] == pytest.approx(PLACES["blue"][1][:2], abs=0.05)
         assert errors == [file.as_uri()]  # no other address is asked for

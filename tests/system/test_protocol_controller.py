@@ -101,7 +101,7 @@ def default_in_words(value: Any) -> str:
         return value or "empty"
     if value is None or isinstance(value, bool):
         return {None: "nil", False: "false", True: "true"}[value]
-    return f"{value:g}"
+    return "" if isinstance(value, msgspec.Struct) else f"{value:g}"
 
 
 @pytest.mark.parametrize("kind", MESSAGES)

@@ -63,10 +63,10 @@ def test_a_robot_is_stopped_by_its_name_and_all_at_once(start: Start, pair: str)
         assert [status["armed"] for status in both.result["robots"].values()] == [False, False]
         assert list(both.result["robots"]) == ["nao1", "nao2"]
         assert not first.status().armed and not second.status().armed
-    for line in (("stop", "nao3"), ("walk", "--name", "nao3"), ("world", "reset", "--name", "nao3")):
-        wrong = start(*line, *where)
+    lines = [("stop", "nao3"), *((*command, "--name", "nao3") for command in (("walk",), ("world", "reset")))]
+    lines += [(*command, "--name", "nao3") for command in (("serve", "lola"), ("ros",), ("record",))]
+    for line, wrong in [(line, start(*line, *where)) for line in lines]:
         until(lambda: "`nao1`, `nao2`" in words(wrong.stderr), f"the names that {line[0]} may have")  # noqa: B023
-        wrong.end()
 
 
 def test_one_robot_of_the_link_is_reset_by_its_name(start: Start, pair: str) -> None:
@@ -75,6 +75,30 @@ def test_one_robot_of_the_link_is_reset_by_its_name(start: Start, pair: str) -> 
         assert start("world", "reset", "--name", "nao2", "--connect", pair).wait() == 0
         one, other = first.send(Status()), second.send(Status())
         assert other.seq < one.seq - 200
+
+
+def test_a_ball_is_placed_in_front_of_a_robot_by_its_name(start: Start, pair: str) -> None:
+    """The robots stand side by side, 0.8 m apart, and look along x."""
+    with WorldClient("nao1", pair) as world:
+        assert start("world", "place", "ball", "0.5", "-0.1", "--name", "nao2", "--connect", pair).wait() == 0
+        (ball,) = (thing for thing in world.send(Status()).objects if thing.name == "ball")
+        assert (ball.shape, ball.mass, ball.size) == ("ball", 0.044, (0.1, 0.1, 0.1))
+        assert ball.position[0] == pytest.approx(0.5, abs=0.1)
+        assert abs(ball.position[1]) > 0.4  # not in front of the first one, at y = 0
+        assert start("world", "remove", "ball", "--name", "nao2", "--connect", pair).wait() == 0
+
+
+def test_a_server_that_ends_is_named_and_the_others_go_on(start: Start, pair: str, tmp_path: Path) -> None:
+    (tmp_path / "lola-nao2").mkdir()  # its server cannot listen
+    served = start("serve", "lola", "--all", "--socket", str(tmp_path / "lola"), "--connect", pair, "--json")
+    until(lambda: "nao2: has ended" in words(served.stderr), "the end of one")
+    until((tmp_path / "lola-nao1").exists, "the other's socket")
+    client = Client(str(tmp_path / "lola-nao1"))
+    assert client.read()["Position"]
+    client.socket.close()
+    served.interrupt()
+    assert served.process.returncode == 3
+    assert served.result["robots"]["nao1"]["clients"] == 1 and "`nao2`" in words(served.stderr)
 
 
 def test_each_robot_has_a_lola_socket(start: Start, pair: str, tmp_path: Path) -> None:

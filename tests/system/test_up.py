@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -15,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from bridge.errors import WalkRefused
+from bridge.errors import LeaseRefused, WalkRefused
 from bridge.link import ControllerLink
 from bridge.link.client import GuardClient, WalkClient
 from bridge.messages import SensorFrame
@@ -242,11 +244,7 @@ def test_a_side_that_is_killed_ends_up_with_one_sentence(
         *("--out", str(tmp_path / "run")),
     )
     until(heard(monitor, lambda frame: frame.command > 0), "the walk")
-    (victim,) = [
-        pid
-        for pid in command.children()
-        if (b"emulate" in Path(f"/proc/{pid}/cmdline").read_bytes()) == (side == "robot")
-    ]
+    (victim,) = command.children_with("emulate" if side == "robot" else "walk")
     os.kill(victim, signal.SIGKILL)
     assert command.wait() == 3
     assert f"the {side}'s process failed: it was killed by SIGKILL" in one_sentence(command.stderr)
@@ -259,10 +257,7 @@ def test_a_served_robot_whose_walker_is_killed_stays_and_gets_a_new_one_three_ti
     command = start(*up, "--out", str(tmp_path / "run"), "--json")
 
     def walkers() -> list[int]:
-        command_lines = {
-            pid: Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0") for pid in command.children()
-        }
-        return [pid for pid, words in command_lines.items() if b"walk" in words]
+        return command.children_with("walk")
 
     def killed() -> int:
         """The walker that was killed."""
@@ -332,9 +327,16 @@ def test_a_stranger_who_takes_the_robot_of_an_open_link_ends_nothing_and_the_wal
         WalkClient("nao", endpoint) as walker,
     ):
         assert thief.wait_robot() is not None
-        guard.stop()
-        guard.arm()
-        thief.acquire()
+
+        def taken() -> bool:
+            guard.stop()
+            guard.arm()
+            with contextlib.suppress(LeaseRefused):  # the walker was first
+                thief.acquire()
+                return True
+            return False
+
+        until(taken, "the thief to be first")
         until(lambda: "held by controller `thief`" in log.read_text(), "the walker to say who has the robot")
         until(lambda: monitor.status and monitor.status.holder == "thief", "the robot to say so")
         with pytest.raises(WalkRefused, match="held by controller `thief`"):
@@ -375,8 +377,9 @@ def test_a_pause_of_all_processes_is_told_and_the_run_goes_on(
     until(heard(monitor, lambda frame: frame.command > walking.seq + 50), "the walk after the pause")
     command.interrupt()
     told = " ".join(command.stderr.split())
-    assert "the robot says: The robot's process stood still for 1." in told
-    assert "this process stood still for 1." in " ".join((tmp_path / "run" / "walker.log").read_text().split())
+    assert re.search(r"the robot says: The robot's process stood still for \d", told)
+    log = " ".join((tmp_path / "run" / "walker.log").read_text().split())
+    assert re.search(r"this process stood still for \d", log)
     assert "The run did not keep real time" in told
     assert "The run did not keep real time" in command.result["starved"]
 

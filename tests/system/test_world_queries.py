@@ -19,7 +19,7 @@ from bridge.messages.faults import SensorDead
 from bridge.messages.world import (
     EndFault,
     Pause,
-    PlaceBox,
+    PlaceObject,
     Press,
     Push,
     Remove,
@@ -87,7 +87,7 @@ def test_a_world_in_real_time_obeys_between_two_cycles() -> None:
         stepped = world.send(Step(cycles=7))
         assert (stepped.seq, stepped.paused) == (held.seq + 7, True)
         assert stepped.time == pytest.approx(stepped.seq * BODY.cycle)
-        placed = world.send(PlaceBox(name="box", size=(0.1, 0.1, 0.1), at=(0.5, 0.0), mass=0.2))
+        placed = world.send(PlaceObject(name="box", size=(0.1, 0.1, 0.1), at=(0.5, 0.0), mass=0.2))
         assert [(box.name, box.mass) for box in placed.objects] == [("box", 0.2)]
         world.send(Push(target="box", impulse=(0.2, 0.0, 0.0), duration=0.01))
         moved = world.send(Step(cycles=20))

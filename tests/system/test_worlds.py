@@ -132,6 +132,9 @@ def test_a_world_file_lists_unlike_robots_and_an_unlike_cycle_is_refused(start: 
     command = start("emulate", "--world", str(file), "--listen", free_endpoint(), "--out", str(tmp_path / "o"))
     assert command.wait() == 2
     assert "robots of one cycle share a world" in command.stderr
+    command = start("emulate", "--world", str(file), "--robot", "nao-v5", "--listen", free_endpoint())
+    assert command.wait() == 2
+    assert "The file of --world gives each robot its robot" in command.stderr
 
 
 JOINTS: Final = {"red": "HeadYaw", "blue": "LWristYaw", "green": "RWristYaw"}

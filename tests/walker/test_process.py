@@ -89,18 +89,6 @@ def test_a_walk_begins_anew_after_a_gap_in_which_a_guard_takes_the_robot_over(
     assert len(made) == walks
 
 
-def test_a_walker_without_a_robot_says_what_is_missing_and_waits(caplog: pytest.LogCaptureFixture) -> None:
-    class Nobody(Link):
-        def wait_robot(self, stop: Any, timeout: float | None = None) -> Any:
-            if timeout is not None:
-                raise LinkError("No robot `nao` answered; start one with `nao-hil emulate`.")
-
-    link: Any = Nobody([], "real-time")
-    result = WalkerProcess(link, controller_maker(RunConfig()), None, lambda: False).run()
-    assert "start one with `nao-hil emulate`. Waiting for it." in caplog.text
-    assert result.displacement == (0.0, 0.0, 0.0)
-
-
 def test_a_walk_of_a_robot_that_hangs_is_refused_before_its_first_step() -> None:
     frames = [msgspec.structs.replace(FRAME, fsr=(0.0,) * 8, seq=i, time=0.01 * i) for i in range(2000)]
 

@@ -354,7 +354,9 @@ def test_a_walker_of_one_gait_that_walks_by_another_stands_pushes_as_that_one() 
             served.run(max(0, int((10.5 - robot.frame.time) / DT)) + 350)
             steps = {t.state for t in served.telemetry[-350:]} - {"stand"}
             stood += bool(steps) and not robot.truth().fell
-    assert stood >= 2
+        if stood == 2:
+            return
+    raise AssertionError(f"{stood} of three seeds stand")
 
 
 def test_a_target_is_walked_to_and_a_distance_goes_along_the_velocity() -> None:

@@ -9,68 +9,20 @@ walk survives shows by the accelerometer alone, while it lasts.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Final
 
 import msgspec
 import numpy as np
 
-from bridge.body.kinematics import FloatingBase, RobotPose
 from bridge.body.quantities import GRAVITY
 from bridge.messages import SensorFrame
-from bridge.rotations import R_yaw, heading, rotation
-from bridge.types import SIDES, Array, Fraction, NotNegative, Positive, Side, Vec2, Vec3
+from bridge.planar import Pose2D
+from bridge.rotations import rotation
+from bridge.types import SIDES, Array, Fraction, NotNegative, Positive, Side, Vec2
 from walker.estimation.contact import Contacts
+from walker.estimation.state import BaseState
+from walker.functions import capture_point
 from walker.gaits.plan import SIGN, Plan
-
-
-class MassOverSoles:
-    """Follows the centre of mass over the middle of soles, once per received frame.
-
-    Args:
-        base: kinematics of the body.
-        smoothing: time constant of the velocity by the joints' motion, s; the gyroscope gives that by the turn.
-    """
-
-    def __init__(self, base: FloatingBase, smoothing: float) -> None:
-        self._base, self._smoothing = base, smoothing
-        self._sides: tuple[Side, ...] = ()
-        self._offset: Array = np.zeros(3)
-        self._rate: Array = np.zeros(3)
-
-    def update(
-        self, pose: RobotPose, sides: Sequence[Side], lean: Vec2, gyroscope: Vec3, dt: float
-    ) -> tuple[Array, Array, Array]:
-        """One cycle.
-
-        Args:
-            pose: of the robot in the Torso frame.
-            sides: of the soles.
-            lean: roll and pitch of the torso, rad.
-            gyroscope: angular velocity in the Torso frame, rad/s.
-            dt: time since the last cycle, s.
-
-        Returns:
-            Place over the middle of the soles and velocity, x ahead and y to the left of them, m and m/s; the
-            rotation from the Torso frame.
-        """
-        centres = self._base.centres
-        ways = (pose.com - (pose.feet[side] @ centres[side])[:3] for side in sides)
-        offset: Array = sum(ways, np.zeros(3)) / len(sides)
-        if tuple(sides) == self._sides and dt > 0.0:
-            share = min(dt / self._smoothing, 1.0)
-            self._rate = self._rate + share * ((offset - self._offset) / dt - self._rate)
-        self._offset, self._sides = offset, tuple(sides)
-        level = rotation(*lean, 0.0)
-        yaw = sum(heading(level @ pose.feet[side][:3, :3]) for side in sides) / len(sides)
-        turn = R_yaw(-yaw) @ level
-        (w_x, w_y, w_z), (x, y, z) = gyroscope, offset.tolist()
-        turning = w_y * z - w_z * y, w_z * x - w_x * z, w_x * y - w_y * x
-        return (turn @ offset)[:2], (turn @ (turning + self._rate))[:2], turn
-
-    def reset(self) -> None:
-        """Let the next velocity begin with the joints' last."""
-        self._sides = ()
 
 
 class FallParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -148,8 +100,6 @@ class FallPredictorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_
     """m, to the outside of a foot that swings; 0.04."""
     acceleration_time: Positive = 0.2
     """Time constant with which the integral of the accelerometer is drawn to the velocity by the others, s."""
-    smoothing: Positive = 0.03
-    """As in `MassOverSoles`, s."""
     push: Positive = 0.4
     """m/s to which the level part of the accelerometer adds up in a walk; an undisturbed walk of 240 s reached
     0.23 (V6). Of ten pushes of 2.5 to 3 N s, which add up to 0.3 to 0.5, eight felled a V6."""
@@ -162,22 +112,19 @@ class FallPredictor:
 
     Args:
         parameters: the bounds. A deviation beyond them counts as a fall, even a recoverable one.
-        base: kinematics of the body.
     """
 
-    def __init__(self, parameters: FallPredictorParameters, base: FloatingBase) -> None:
+    def __init__(self, parameters: FallPredictorParameters) -> None:
         self._p = parameters
-        self._base = base
-        self._mass = {side: MassOverSoles(self._base, parameters.smoothing) for side in SIDES}
         self._velocity: dict[Side, Array] = {}
         self._push: Array = np.zeros(2)
 
-    def update(self, frame: SensorFrame, lean: Vec2, plan: Plan, dt: float) -> str:
+    def update(self, frame: SensorFrame, state: BaseState, plan: Plan, dt: float) -> str:
         """One cycle.
 
         Args:
             frame: newest sensor frame.
-            lean: roll and pitch of the torso, rad.
+            state: of the robot by that frame.
             plan: in force.
             dt: time since the last frame, s.
 
@@ -186,21 +133,23 @@ class FallPredictor:
             will not. A push at rest is left to the capture step.
         """
         p = self._p
-        self._push = self._push + dt * (rotation(*lean, 0.0) @ frame.accelerometer)[:2]
+        level = (rotation(*state.lean, 0.0) @ frame.accelerometer)[:2]
+        self._push = self._push + dt * level
         self._push -= min(dt / p.push_time, 1.0) * self._push
         walks = plan.phase not in ("stand", "stop") and plan.capture is None
         captures = not walks and plan.pendulum is not None
         toes, heels = (p.capture_ahead, p.capture_behind) if captures else (p.ahead, p.behind)
-        pose = self._base.place(self._base.in_torso(frame.position), np.eye(4))
         share = min(dt / p.acceleration_time, 1.0)
         x: list[float] = []
         outside = False
         for side in SIDES:
-            com, rate, turn = self._mass[side].update(pose, (side,), lean, frame.gyroscope, dt)
-            velocity = self._velocity.get(side, rate) + dt * (turn @ frame.accelerometer)[:2]
-            velocity += share * (rate - velocity)
+            over = state.com.over(side)
+            acceleration = Pose2D(yaw=over.heading).local(*level.tolist())
+            velocity = self._velocity.get(side, over.velocity) + dt * np.array(acceleration)
+            velocity += share * (over.velocity - velocity)
             self._velocity[side] = velocity
-            ahead, left = com + velocity / PENDULUM_FREQUENCY
+            v_x, v_y = velocity.tolist()
+            ahead, left = capture_point(over.place, (v_x, v_y), PENDULUM_FREQUENCY)
             x.append(ahead)
             bound = p.outside_stance if plan.support in (side, "both") else p.outside_swing
             outside = outside or SIGN[side] * left > bound

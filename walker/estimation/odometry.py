@@ -18,9 +18,9 @@ from bridge.body import Body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import FloatingBase, RobotPose, Transform, homogeneous
 from bridge.messages import SensorFrame
+from bridge.planar import Pose2D
 from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
-from walker.gaits.plan import Foothold
 
 _MAX_REST_RATE: Final = 0.1
 """Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias (three deviations
@@ -138,14 +138,14 @@ class Odometry:
     def __init__(
         self,
         robot: FloatingBase,
-        start: Foothold = Foothold(),  # noqa: B008 (frozen)
+        start: Pose2D = Pose2D(),  # noqa: B008 (frozen)
         gyroscope: GyroscopeHeading | None = None,
     ) -> None:
         self._robot, self._gyroscope = robot, gyroscope
-        self._start: Foothold | None = start
+        self._start: Pose2D | None = start
         self.stance: Side = "L"
         """Foot that is taken as fixed."""
-        self._stance_pose = Foothold()
+        self._stance_pose = Pose2D()
         self._initial_heading = 0.0
         """The torso's heading at the first frame, rad."""
 
@@ -179,9 +179,9 @@ class Odometry:
             self._stance_pose = self._sole_pose(pose.feet[self.stance])
         return pose
 
-    def _sole_pose(self, foot: Transform) -> Foothold:
+    def _sole_pose(self, foot: Transform) -> Pose2D:
         x, y = (foot @ self._robot.centres[self.stance])[:2]
-        return Foothold(float(x), float(y), heading(foot))
+        return Pose2D(float(x), float(y), heading(foot))
 
     def _height_correction(self, foot: Transform, ground: GroundPlane) -> float:
         """Way up that puts the lowest corner of the standing sole on the ground, m."""
@@ -189,7 +189,7 @@ class Odometry:
         return ground.height - float(np.min(corners @ n)) / float(n[2])
 
 
-def middle_of_soles(robot: FloatingBase, pose: RobotPose) -> Foothold:
+def middle_of_soles(robot: FloatingBase, pose: RobotPose) -> Pose2D:
     """Middle between both soles, and the mean of their headings.
 
     Args:
@@ -199,15 +199,15 @@ def middle_of_soles(robot: FloatingBase, pose: RobotPose) -> Foothold:
     left, right = (pose.feet[side] for side in SIDES)
     x, y = (0.5 * (left @ robot.centres["L"] + right @ robot.centres["R"])[:2]).tolist()
     ahead, aside = (left[:2, 0] + right[:2, 0]).tolist()
-    return Foothold(x, y, math.atan2(aside, ahead))
+    return Pose2D(x, y, math.atan2(aside, ahead))
 
 
-def on_ground(at: Foothold) -> Transform:
+def on_ground(at: Pose2D) -> Transform:
     """Transform of a frame with z up whose origin and heading are those of a foothold, shape (4, 4), m."""
     return homogeneous(R_yaw(at.yaw), (at.x, at.y, 0.0))
 
 
-def _transform(here: Foothold, there: Foothold) -> Transform:
+def _transform(here: Pose2D, there: Pose2D) -> Transform:
     """Transform on the ground from one foothold to another."""
-    x, y = Foothold(yaw=there.yaw - here.yaw).point(here.x, here.y)
-    return on_ground(Foothold(there.x - x, there.y - y, there.yaw - here.yaw))
+    x, y = Pose2D(yaw=there.yaw - here.yaw).point(here.x, here.y)
+    return on_ground(Pose2D(there.x - x, there.y - y, there.yaw - here.yaw))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from walker.gaits.catalogue import GAITS, gait_parameters, make_gait
 from walker.gaits.gait import Gait, GaitCommand, dry_walk, standing_plan
-from walker.gaits.plan import Foothold, Plan, SolePose
+from walker.gaits.plan import Plan, SolePose
 
 __all__ = [
     "GAITS",
-    "Foothold",
     "Gait",
     "GaitCommand",
     "Plan",

@@ -10,9 +10,10 @@ from typing import Any, Final
 import msgspec
 
 from bridge.errors import ConfigurationError
+from bridge.planar import Pose2D
 from bridge.types import Vec3
 from walker.gaits.gait import Gait, GaitCommand, GaitParameters, Limits, standing_plan
-from walker.gaits.plan import NO_FEEDBACK, Feedback, Foothold, Plan
+from walker.gaits.plan import NO_FEEDBACK, Feedback, Plan
 
 
 class WalkOrder(msgspec.Struct, frozen=True, kw_only=True):
@@ -78,17 +79,17 @@ class Steering:
     """
 
     limits: Limits
-    goal: Foothold
+    goal: Pose2D
     """Middle between the feet at the end, in the frame of the odometry."""
     share: float = 1.0
     """Share of the limits that is used."""
 
-    def remaining(self, here: Foothold) -> Vec3:
+    def remaining(self, here: Pose2D) -> Vec3:
         """Remaining way and turn, in the frame of `here`, m, m, rad."""
         x, y = here.local(self.goal.x, self.goal.y)
         return x, y, math.remainder(self.goal.yaw - here.yaw, math.tau)
 
-    def arrived(self, now: Foothold, later: Foothold) -> bool:
+    def arrived(self, now: Pose2D, later: Pose2D) -> bool:
         """Whether the walk is over: at the goal, or close to it while another step leads no closer.
 
         Feedback can move the footholds of a slow walk by more than its velocity corrects.
@@ -102,7 +103,7 @@ class Steering:
         error = _error(self.remaining(now))
         return error < 1.0 or (error < _CLOSE_ERROR and error < _error(tuple(rest)) + _LEAST_IMPROVEMENT)
 
-    def velocity(self, here: Foothold) -> Vec3:
+    def velocity(self, here: Pose2D) -> Vec3:
         """Velocity of the next step, m/s, m/s, rad/s.
 
         Args:
@@ -132,9 +133,9 @@ class WalkEnd:
     """
 
     def __init__(self, latency: float, cycle: float) -> None:
-        self._planned: deque[Foothold] = deque(maxlen=1 + round(latency / cycle))
+        self._planned: deque[Pose2D] = deque(maxlen=1 + round(latency / cycle))
 
-    def update(self, here: Foothold, plan: Plan) -> tuple[Foothold, ...]:
+    def update(self, here: Pose2D, plan: Plan) -> tuple[Pose2D, ...]:
         """`Plan.stop_poses` in the frame of the odometry.
 
         Args:
@@ -143,10 +144,7 @@ class WalkEnd:
         """
         self._planned.append(plan.middle)
         then = self._planned[0]
-        return tuple(
-            Foothold(*here.point(*then.local(end.x, end.y)), here.yaw + end.yaw - then.yaw)
-            for end in plan.stop_poses
-        )
+        return tuple(here.pose(then.local_pose(end)) for end in plan.stop_poses)
 
 
 class WalkPlanner:
@@ -164,7 +162,7 @@ class WalkPlanner:
         self,
         gait: Gait[Any],
         order: WalkOrder,
-        origin: Foothold = Foothold(),  # noqa: B008 (a value)
+        origin: Pose2D = Pose2D(),  # noqa: B008 (a value)
         steps: int = 0,
         velocity: Vec3 | None = None,
     ) -> None:

@@ -6,10 +6,10 @@ walker began.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
+from bridge.planar import Pose2D
 from bridge.types import Side, Vec2, Vec3
 
 Support = Literal["L", "R", "both"]
@@ -17,44 +17,6 @@ Phase = Literal["stand", "start", "DSL", "SSL", "DSR", "SSR", "stop"]
 OTHER_SIDE: Final[dict[Side, Side]] = {"L": "R", "R": "L"}
 SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
 """Sign of a foot's y."""
-
-
-class Foothold(NamedTuple):
-    """A pose on the ground, an element of SE(2): of a sole, or of the origin of a walk."""
-
-    x: float = 0.0
-    """Place ahead, m."""
-    y: float = 0.0
-    """Place to the left, m."""
-    yaw: float = 0.0
-    """rad, positive: to the left"""
-
-    def point(self, x: float, y: float) -> tuple[float, float]:
-        """A point of this pose's frame in the frame of the pose.
-
-        Args:
-            x: in this pose's frame, m.
-            y: the same.
-
-        Returns:
-            x and y, m.
-        """
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return c * x - s * y + self.x, s * x + c * y + self.y
-
-    def local(self, x: float, y: float) -> tuple[float, float]:
-        """A point of the frame of this pose in this pose's frame, the inverse of `point`.
-
-        Args:
-            x: in the frame of the pose, m.
-            y: the same.
-
-        Returns:
-            x and y, m.
-        """
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        x, y = x - self.x, y - self.y
-        return c * x + s * y, c * y - s * x
 
 
 class SolePose(NamedTuple):
@@ -74,27 +36,25 @@ class SolePose(NamedTuple):
     """rad, positive: toe to the left"""
 
     @property
-    def foothold(self) -> Foothold:
+    def foothold(self) -> Pose2D:
         """Place and heading on the ground."""
-        return Foothold(self.x, self.y, self.yaw)
+        return Pose2D(self.x, self.y, self.yaw)
 
-    def transformed(self, origin: Foothold) -> SolePose:
+    def transformed(self, origin: Pose2D) -> SolePose:
         """The same sole in another frame.
 
         Args:
             origin: where the frame of this pose is in the other one.
         """
-        x, y = origin.point(self.x, self.y)
-        return self._replace(x=x, y=y, yaw=self.yaw + origin.yaw)
+        return self._replace(**origin.pose(self.foothold)._asdict())
 
-    def expressed_in(self, origin: Foothold) -> SolePose:
+    def expressed_in(self, origin: Pose2D) -> SolePose:
         """The same sole in the frame of a pose on the ground, the inverse of `transformed`.
 
         Args:
             origin: where that frame is in the frame of this pose.
         """
-        x, y = origin.local(self.x, self.y)
-        return self._replace(x=x, y=y, yaw=self.yaw - origin.yaw)
+        return self._replace(**origin.local_pose(self.foothold)._asdict())
 
 
 class Pendulum(NamedTuple):
@@ -104,18 +64,17 @@ class Pendulum(NamedTuple):
     """Its mass in the walk frame, m. The planned centre of mass may still be on its way there."""
     omega: float
     """Natural frequency, 1/s."""
-    target: Foothold
-    """Foothold at the end of the step under way."""
+    target: Pose2D
+    """Pose2D at the end of the step under way."""
     moved: tuple[float, float] = (0.0, 0.0)
     """Shift by feedback since the beginning, that of its footholds included, m."""
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Commanded, of the step under way, m/s, m/s, rad/s."""
 
-    def transformed(self, origin: Foothold) -> Pendulum:
+    def transformed(self, origin: Pose2D) -> Pendulum:
         """The same in the frame in which this one's origin is `origin`."""
-        target = Foothold(*origin.point(*self.target[:2]), self.target.yaw + origin.yaw)
-        moved = Foothold(yaw=origin.yaw).point(*self.moved)
-        return Pendulum(origin.point(*self.com), self.omega, target, moved, self.velocity)
+        moved = Pose2D(yaw=origin.yaw).point(*self.moved)
+        return Pendulum(origin.point(*self.com), self.omega, origin.pose(self.target), moved, self.velocity)
 
 
 class PolicyCommand(NamedTuple):
@@ -124,9 +83,9 @@ class PolicyCommand(NamedTuple):
     velocity: Vec3
     """Commanded, forward and to the left, m/s, and turn, rad/s."""
     turns: float
-    """Of the clock of the steps."""
+    """Turns of the clock of the steps."""
     amplitude: float
-    """Of its sine and cosine, 0..1."""
+    """Amplitude of its sine and cosine, 0..1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +112,8 @@ class Plan:
     capture: Side | None = None
     """The foot of a capture step, from the beginning of that step until the robot stands."""
     policy: PolicyCommand | None = None
-    """Of gaits whose joint angles a network gives; None: they follow from the plan."""
-    stop_poses: tuple[Foothold, ...] = ()
+    """Joint angles that a network gives; None: they follow from the plan."""
+    stop_poses: tuple[Pose2D, ...] = ()
     """`middle` at rest if the feet close after the step under way, and after one more. Empty but at
     the end of a step of a gait that walks to a place."""
 
@@ -171,12 +130,12 @@ class Plan:
         return other.foothold.local(foot.x, foot.y)[0] < 0.0
 
     @property
-    def middle(self) -> Foothold:
+    def middle(self) -> Pose2D:
         """Middle between both soles, and the mean of their yaws."""
         left, right = self.left, self.right
-        return Foothold(0.5 * (left.x + right.x), 0.5 * (left.y + right.y), 0.5 * (left.yaw + right.yaw))
+        return Pose2D(0.5 * (left.x + right.x), 0.5 * (left.y + right.y), 0.5 * (left.yaw + right.yaw))
 
-    def transformed(self, origin: Foothold, steps: int = 0) -> Plan:
+    def transformed(self, origin: Pose2D, steps: int = 0) -> Plan:
         """The plan of a walk that begins at another place.
 
         Args:
@@ -191,9 +150,7 @@ class Plan:
             com=origin.point(*self.com),
             zmp=origin.point(*self.zmp),
             pendulum=self.pendulum.transformed(origin) if self.pendulum else None,
-            stop_poses=tuple(
-                Foothold(*origin.point(*end[:2]), end.yaw + origin.yaw) for end in self.stop_poses
-            ),
+            stop_poses=tuple(origin.pose(end) for end in self.stop_poses),
         )
 
 
@@ -228,16 +185,14 @@ class Feedback(NamedTuple):
     """Correction of the command for walking at the commanded velocity, forward and to the left, m/s."""
     extend_step: bool = False
     """The step under way must not end: the robot is on the outer edge of its stance foot."""
-    pace: float = 1.0
-    """Share of the commanded velocity that the floor is trusted with, 0..1."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
     landed: LandedFoot | None = None
     """After a capture step, until the feet close."""
 
-    def expressed_in(self, origin: Foothold) -> Feedback:
+    def expressed_in(self, origin: Pose2D) -> Feedback:
         """The same in the frame of a pose on the ground."""
-        deviation = Foothold(yaw=-origin.yaw).point(*self.deviation)
+        deviation = Pose2D(yaw=-origin.yaw).point(*self.deviation)
         measured = self.capture_step and CaptureStep(*(origin.local(*each) for each in self.capture_step))
         return self._replace(deviation=deviation, capture_step=measured)
 

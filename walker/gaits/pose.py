@@ -20,9 +20,10 @@ from bridge.body.inverse_kinematics import FootPose, solve_legs
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
 from bridge.body.kinematics import CentreOfMass
 from bridge.body.leg_limits import AnkleRange
+from bridge.planar import Pose2D
 from bridge.rotations import rotation_rows
 from bridge.types import Matrix3, Vec2, Vec3
-from walker.gaits.plan import Foothold, Plan, SolePose
+from walker.gaits.plan import Plan, SolePose
 
 ARMS: Final = {
     "LShoulderPitch": 1.5,
@@ -138,7 +139,7 @@ class PoseMaker:
             Turn of both feet beyond the planned yaw, rad.
         """
         # Frame of the feet here: z up, x along the heading, origin at the planned point on the ground.
-        origin = Foothold(*plan.com, heading)
+        origin = Pose2D(*plan.com, heading)
         left = self._ankle(plan.left.expressed_in(origin), tilt)
         right = self._ankle(plan.right.expressed_in(origin), tilt)
         height, half = plan.hip_height, self._half_hip

@@ -3,7 +3,7 @@
 1. Trigger (`CaptureEstimator`). Reads joint angles, lean, gyroscope, load of the feet. Gives the measured
    centre of mass and capture point (`Feedback.capture_step`) while toes or heels do not hold the robot; no plan
    gives them then. The row "capture step" of `walker.transitions` begins the step.
-2. Foothold. The gait puts the swing foot where the measured capture point needs it: `_begin_capture_step`
+2. Pose2D. The gait puts the swing foot where the measured capture point needs it: `_begin_capture_step`
    (which foot), `_follow` and `_target` (where) in `walker/gaits/omni/gait.py`.
 3. Hips and arms in a step back (`BackwardStep`). Reads plan and capture point. Bends both hips by one angle and
    swings both arms ahead and up. A robot that tips over its heels leans back as a whole. Its HipPitch then
@@ -12,7 +12,7 @@
    are: the stop is as much farther away. Both must begin with the step. They return if the first cycles show a
    weak push, the hips also if it is to a side.
 4. Landing. The swing foot is level as it lands, the other one follows (`walker.mechanisms.swing_foot`).
-5. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
+5. Balance over the foot that landed, about the foot's long axis (`landed_foot`, `LandedFootBalance`).
    Reads joint angles, lean, gyroscope, contacts. Gives the turn of the landed sole, and the damping of both
    soles. The foot that stayed hangs in the air for up to half a second, since the torso leans towards the
    landed foot. Meanwhile the robot is an inverted pendulum on one sole. An ankle that keeps its angle pushes
@@ -26,7 +26,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final, Literal
 
 import msgspec
@@ -37,9 +36,9 @@ from bridge.body.joints import INDEX
 from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import GRAVITY, total_mass
 from bridge.body.sole import sole_hull
-from bridge.types import SIDES, NotNegative, Positive, Vec2, Vec3
+from bridge.types import SIDES, NotNegative, Positive, Side, Vec2, Vec3
 from walker.estimation.contact import Contacts
-from walker.estimation.fall import MassOverSoles
+from walker.estimation.state import BaseState
 from walker.functions import clip
 from walker.gaits.plan import OTHER_SIDE, CaptureStep, LandedFoot, Plan
 
@@ -51,20 +50,18 @@ Less than one cell reads at most, 25 N (range of the data sheet): a robot may be
 
 
 class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the capture point's filter, and of the trigger."""
+    """Parameters of the trigger."""
 
-    smoothing: Positive = 0.03
-    """As in `MassOverSoles`, s."""
     min_time_after_step: NotNegative = 0.1
     """Time after a step of the walk in which no capture step begins, s. The encoders report a foot a latency
     late: while it still swings ahead, the centre of mass seems to move back between the soles."""
 
 
 class CaptureEstimator:
-    """Follows the centre of mass over the soles, and reports that toes or heels do not hold it.
+    """Reports that toes or heels do not hold the centre of mass.
 
     Args:
-        parameters: of the filter.
+        parameters: of the trigger.
         base: kinematics of the body.
         latency: of the prediction, s.
     """
@@ -72,7 +69,6 @@ class CaptureEstimator:
     def __init__(self, parameters: CaptureParameters, base: FloatingBase, latency: float) -> None:
         self._p, self._latency = parameters, latency
         self._base = base
-        self._mass = MassOverSoles(base, parameters.smoothing)
         x, _ = sole_hull(base.body, "L").T
         self._heel, self._toe = float(x.min()), float(x.max())
         self._weight = GRAVITY * total_mass(base.body)
@@ -80,21 +76,11 @@ class CaptureEstimator:
         self._since_step = math.inf
         """Time since the last step by the plan, s."""
 
-    def update(
-        self,
-        position: Sequence[float],
-        lean: Vec2,
-        gyroscope: Vec3,
-        load: float,
-        plan: Plan,
-        dt: float,
-    ) -> CaptureStep | None:
+    def update(self, state: BaseState, load: float, plan: Plan, dt: float) -> CaptureStep | None:
         """One cycle.
 
         Args:
-            position: joint angles, 25 slots, rad.
-            lean: roll and pitch of the torso, rad.
-            gyroscope: angular velocity in the Torso frame, rad/s.
+            state: of the robot.
             load: on both feet, N.
             plan: in force.
             dt: time since the last cycle, s.
@@ -106,17 +92,14 @@ class CaptureEstimator:
         rests = plan.phase in ("stand", "stop")
         self._since_step = self._since_step + dt if plan.support == "both" else 0.0
         if plan.pendulum is None or not (rests or self._unbalanced):
-            self._mass.reset()
             return None
-        sides = SIDES if plan.support == "both" else (plan.support,)
-        pose = self._base.place(self._base.in_torso(position), np.eye(4))
-        over, rate, _ = self._mass.update(pose, sides, lean, gyroscope, dt)
-        com = over + np.mean([self._base.centres[side][:2] for side in sides], axis=0)
+        sides: tuple[Side, ...] = SIDES if plan.support == "both" else (plan.support,)
+        over, omega = state.com.over(*sides), plan.pendulum.omega
+        middle = np.mean([self._base.centres[side][:2] for side in sides], axis=0)
         base = plan.middle if plan.support == "both" else plan.foot(plan.support).foothold
         ahead = [base.local(*plan.foot(side)[:2])[0] for side in sides]
         heel, toe = self._heel + min(ahead), self._toe + max(ahead)
-        omega = plan.pendulum.omega
-        x, y = (com + rate / omega).tolist()
+        x, y = (middle + over.capture_point(omega)).tolist()
         edge = min(max(x, heel), toe)
         if rests:
             landed = plan.capture is not None or self._since_step > self._p.min_time_after_step
@@ -124,7 +107,7 @@ class CaptureEstimator:
         if not self._unbalanced:
             return None
         x = edge + (x - edge) * math.exp(omega * self._latency)
-        c_x, c_y = (com + self._latency * rate).tolist()
+        c_x, c_y = (middle + over.place + self._latency * np.array(over.velocity)).tolist()
         return CaptureStep(base.point(c_x, c_y), base.point(x, y))
 
 
@@ -216,43 +199,20 @@ class BackwardStep:
                     angles[slot] = max(angles[slot] - by, self._lower[slot])
 
 
-class LandedFootEstimator:
-    """Follows the centre of mass over the foot that landed, by encoders, lean and gyroscope.
+def landed_foot(state: BaseState, plan: Plan, base: FloatingBase, latency: float) -> LandedFoot | None:
+    """The capture point over the foot that landed, from the landing of a capture step until the feet close.
 
     Args:
-        parameters: of the filter.
+        state: of the robot.
+        plan: in force.
         base: kinematics of the body.
-        latency: of the prediction, s.
+        latency: of the prediction of the roll, s.
     """
-
-    def __init__(self, parameters: CaptureParameters, base: FloatingBase, latency: float) -> None:
-        self._p, self._latency = parameters, latency
-        self._base = base
-        self._mass = MassOverSoles(base, parameters.smoothing)
-
-    def update(
-        self, position: Sequence[float], lean: Vec2, gyroscope: Vec3, plan: Plan, dt: float
-    ) -> LandedFoot | None:
-        """One cycle.
-
-        Args:
-            position: joint angles, 25 slots, rad.
-            lean: roll and pitch of the torso, rad.
-            gyroscope: angular velocity in the Torso frame, rad/s.
-            plan: in force.
-            dt: time since the last cycle, s.
-
-        Returns:
-            From the landing of a capture step until the feet close, else None.
-        """
-        if plan.capture is None or plan.support != "both" or plan.pendulum is None:
-            self._mass.reset()
-            return None
-        pose = self._base.place(self._base.in_torso(position), np.eye(4))
-        over, rate, _ = self._mass.update(pose, (plan.capture,), lean, gyroscope, dt)
-        y = float(over[1] + self._base.centres[plan.capture][1])
-        xi = y + float(rate[1]) / plan.pendulum.omega
-        return LandedFoot(xi, lean[0] + self._latency * gyroscope[0])
+    if plan.capture is None or plan.support != "both" or plan.pendulum is None:
+        return None
+    _, y = state.com.over(plan.capture).capture_point(plan.pendulum.omega)
+    roll = state.lean[0] + latency * state.angular_velocity[0]
+    return LandedFoot(y + float(base.centres[plan.capture][1]), roll)
 
 
 class LandedFootParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

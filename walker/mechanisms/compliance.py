@@ -27,9 +27,10 @@ from bridge.body.joints import INDEX_WITH_MIRROR, LEG_JOINTS
 from bridge.body.kinematics import CentreOfMass
 from bridge.body.quantities import GRAVITY, limits
 from bridge.messages import SensorFrame
+from bridge.planar import Pose2D
 from bridge.rotations import rotation
 from bridge.types import SIDES, Array, Fraction, NotNegative, Positive, Side
-from walker.gaits.plan import Foothold, Plan
+from walker.gaits.plan import Plan
 
 _HELD_BY_FRICTION: Final = [0, 1, 5]
 """HipYawPitch, HipRoll and AnkleRoll, which do not yield in a double support with feet side by side."""
@@ -205,7 +206,7 @@ class JointCompliance:
         places = []
         for side, foot in (("L", plan.left), ("R", plan.right)):
             x, y, _ = self._legs[side].foot.tolist()  # type: ignore[index]
-            places.append(Foothold(foot.x, foot.y, foot.yaw).point(x, y))
+            places.append(Pose2D(foot.x, foot.y, foot.yaw).point(x, y))
         left, right = places
         across = left[0] - right[0], left[1] - right[1]
         along = (plan.zmp[0] - right[0]) * across[0] + (plan.zmp[1] - right[1]) * across[1]

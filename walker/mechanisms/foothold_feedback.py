@@ -1,4 +1,4 @@
-"""Foothold feedback: deviation of the robot from its plan's pendulum, and of its feet from their footholds.
+"""Pose2D feedback: deviation of the robot from its plan's pendulum, and of its feet from their footholds.
 
 Reads: joint angles, lean of the torso, plans of the last latency.
 Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
@@ -13,16 +13,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
 
-from bridge.body.kinematics import FloatingBase, homogeneous
-from bridge.rotations import heading, rotation
+from bridge.body.kinematics import FloatingBase
+from bridge.planar import Pose2D
 from bridge.types import Array, Fraction, NotNegative, Positive, Side, Vec2
-from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
+from walker.estimation.state import ComState
+from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Plan
 
 _PARTS: Final = 8
 """Parts of a step, each with a mean of its own."""
@@ -111,12 +111,11 @@ class DeviationEstimator:
         self._velocity: Array = np.zeros(3)
         """Mean velocity while learning."""
 
-    def update(self, position: Sequence[float], lean: Vec2, plan: Plan, dt: float) -> Feedback:
+    def update(self, state: ComState, plan: Plan, dt: float) -> Feedback:
         """One cycle.
 
         Args:
-            position: joint angles, 25 slots, rad.
-            lean: roll and pitch of the torso, rad.
+            state: centre of mass and soles.
             plan: in force.
             dt: time since the last cycle, s.
         """
@@ -130,7 +129,7 @@ class DeviationEstimator:
         if then.support == "both":
             self._first_step, self._rate, self._placement = then.step, np.zeros(2), 0.0
             return NO_FEEDBACK
-        measured = self._measured(position, lean, then, then.support)
+        measured = self._measured(state, then, then.support)
         self._miss = measured.miss
         if before is None or then.support != before.support:
             yaw = then.foot(then.support).yaw
@@ -177,22 +176,18 @@ class DeviationEstimator:
             change = self._learnt - self._placement
             self._placement += min(max(change, -p.max_placement_change), p.max_placement_change)
 
-    def _measured(self, position: Sequence[float], lean: Vec2, then: Plan, side: Side) -> _Measured:
+    def _measured(self, state: ComState, then: Plan, side: Side) -> _Measured:
         assert then.pendulum is not None
-        torso = homogeneous(rotation(*lean, 0.0), (0.0, 0.0, 0.0))
-        pose, centres = self._base.place(self._base.in_torso(position), torso), self._base.centres
-        stance, foot = pose.feet[side], then.foot(side).foothold
-        other = OTHER_SIDE[side]
-        sole = (stance @ centres[side])[:2]
-        swing_sole = (pose.feet[other] @ centres[other])[:2]
-        measured = Foothold(yaw=-heading(stance))
+        centres, foot, other = self._base.centres, then.foot(side).foothold, OTHER_SIDE[side]
+        sole, swing_sole = state.soles[side][:2], state.soles[other][:2]
+        measured = Pose2D(yaw=-state.headings[side])
         middle = foot.point(*centres[side][:2])
-        planned = Foothold(*middle, foot.yaw)
+        planned = Pose2D(*middle, foot.yaw)
         wanted = then.pendulum.target.point(*centres[other][:2])
-        com = np.subtract(measured.point(*(pose.com[:2] - sole)), planned.local(*then.pendulum.com))
+        com = np.subtract(measured.point(*(state.position[:2] - sole)), planned.local(*then.pendulum.com))
         miss = np.subtract(planned.local(*wanted), measured.point(*(swing_sole - sole)))
         return _Measured(com, miss)
 
 
 def _turned(vector: Array, yaw: float) -> Array:
-    return np.array(Foothold(yaw=yaw).point(float(vector[0]), float(vector[1])))
+    return np.array(Pose2D(yaw=yaw).point(float(vector[0]), float(vector[1])))

@@ -17,8 +17,9 @@ from typing import Final
 import msgspec
 import numpy as np
 
+from bridge.planar import Pose2D
 from bridge.types import Array, NotNegative, Vec2
-from walker.gaits.plan import Foothold, Plan
+from walker.gaits.plan import Plan
 
 
 class HeadingError:
@@ -71,7 +72,7 @@ class VelocityHold:
 
     def __init__(self, parameters: VelocityHoldParameters) -> None:
         self._p = parameters
-        self._step_begin: Foothold | None = None
+        self._step_begin: Pose2D | None = None
         """At the beginning of the step under way; None: no step is."""
         self._step = 0
         self._elapsed = 0.0
@@ -84,7 +85,7 @@ class VelocityHold:
         """Commanded less measured velocity in the latest steps, m/s."""
         self._correction: Array = np.zeros(2)
 
-    def update(self, here: Foothold, plan: Plan, dt: float) -> Vec2:
+    def update(self, here: Pose2D, plan: Plan, dt: float) -> Vec2:
         """The correction of the commanded velocity, forward and to the left, m/s; 0 until the second stride.
 
         Args:
@@ -106,7 +107,7 @@ class VelocityHold:
         x, y = self._correction.tolist()
         return x, y
 
-    def _learn(self, there: Foothold, here: Foothold) -> None:
+    def _learn(self, there: Pose2D, here: Pose2D) -> None:
         """The end of a step. A robot that changes its velocity lags behind the command: that is not learnt."""
         if not np.array_equal(self._previous_velocity, self._velocity):
             self._errors.clear()

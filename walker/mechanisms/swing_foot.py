@@ -17,10 +17,11 @@ from typing import Final, NamedTuple
 
 import msgspec
 
+from bridge.planar import Pose2D
 from bridge.types import SIDES, Fraction, Positive, Side, Vec2, Vec3
 from walker.estimation.contact import Contacts, SupportState
 from walker.functions import clip, smoothstep
-from walker.gaits.plan import OTHER_SIDE, Foothold, LandedFoot, Plan
+from walker.gaits.plan import OTHER_SIDE, LandedFoot, Plan
 from walker.mechanisms.capture_step import LandedFootBalance, LandedFootParameters
 
 APEX: Final = 0.5
@@ -114,7 +115,7 @@ class SwingFootOrientation:
             roll, pitch = turn[0] + damping[0], turn[1] + damping[1]
             foot, other = feet[side], feet[OTHER_SIDE[side]]
             # The torso's angles are about axes that head along the mean of both soles.
-            ahead, across = Foothold(other.x, other.y, plan.middle.yaw).local(foot.x, foot.y)
+            ahead, across = Pose2D(other.x, other.y, plan.middle.yaw).local(foot.x, foot.y)
             # In a capture step one foot is turned about the other one, not each about the other.
             lift = roll * across - pitch * ahead if plan.capture in (None, side) else 0.0
             corrections[side] = SwingFootCorrection(lift, roll, pitch)

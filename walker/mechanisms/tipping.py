@@ -14,8 +14,9 @@ from typing import Final
 
 import msgspec
 
+from bridge.planar import Pose2D
 from bridge.types import NotNegative, Positive
-from walker.gaits.plan import SIGN, Feedback, Foothold, Plan
+from walker.gaits.plan import SIGN, Feedback, Plan
 
 _EARLIEST_HOLD: Final = 0.8
 """Part of a step after which a hold may begin."""
@@ -57,7 +58,7 @@ class TippingDetector:
         if plan.support == "both":
             self._hold_time = 0.0
             return feedback
-        _, across = Foothold(yaw=-plan.foot(plan.support).yaw).point(*feedback.deviation)
+        _, across = Pose2D(yaw=-plan.foot(plan.support).yaw).point(*feedback.deviation)
         hold = self._holds(SIGN[plan.support] * across, plan.progress, dt)
         return feedback._replace(extend_step=hold)
 

@@ -97,7 +97,6 @@ def connect(address: Address, timeout: float) -> socket.socket:
     """A connection without delay of small packets.
 
     Args:
-        address: of the server.
         timeout: s for the attempt; the connection itself then blocks for ever.
 
     Raises:

@@ -133,8 +133,6 @@ class LolaBridge:
 
     Args:
         address: of LoLA's socket, or of its relay.
-        settings: of the bridge.
-        stop: set when it is to end.
 
     Raises:
         ConfigurationError: a dry run in lockstep, no such body, or a body without LoLA.

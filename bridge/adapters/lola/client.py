@@ -103,11 +103,7 @@ class ClientGone(Exception):
 
 
 class LolaClient:
-    """One connection.
-
-    Args:
-        peer: accepted socket.
-    """
+    """One connection."""
 
     def __init__(self, peer: socket.socket) -> None:
         peer.setblocking(False)
@@ -187,12 +183,7 @@ class LolaClient:
         return maps
 
     def update(self, maps: list[Map], frame: SensorFrame) -> None:
-        """Take over the values of its maps; each kind of error is logged once.
-
-        Args:
-            maps: as received, oldest first.
-            frame: the newest one, with the stiffnesses in force.
-        """
+        """Take over the values of its maps; each kind of error is logged once."""
         for values in maps:
             for key in values.keys() - ACTUATORS.keys():
                 self.warn("key", f"the client's map has an {unknown_name('key', str(key), ACTUATORS)}.")
@@ -219,7 +210,6 @@ class LolaClient:
 
         Args:
             kind: see `MapError`.
-            text: one sentence.
         """
         if kind not in self._warned:
             self._warned.add(kind)

@@ -80,12 +80,7 @@ def identity_of(values: Map) -> Identity:
 
 
 def quantized(key: str, values: Sequence[float]) -> Sequence[float]:
-    """An array of a sensor packet in the steps of a real robot.
-
-    Args:
-        key: of the array in the packet.
-        values: of the array.
-    """
+    """An array of a sensor packet in the steps of a real robot."""
     if key == "Position":
         return _positions(values)
     return _whole_steps(values, _STEPS[key]) if key in _STEPS else values
@@ -123,8 +118,6 @@ def sensor_packet(frame: SensorFrame, identity: Identity, status: Sequence[int] 
     """The 896 bytes of a V6's packet, in its steps; every key is at the same place in each packet.
 
     Args:
-        frame: sensor values.
-        identity: of the robot that the packet names.
         status: of the motors, 25, see `HeatStatus`.
     """
     values = {key: _clipped(quantized(key, array)) for key, array in lola_values(frame).items()}
@@ -154,7 +147,6 @@ def sensor_frame(values: Map, *, seq: int) -> SensorFrame:
 
     Args:
         values: the packet's map.
-        seq: number of the packet since the connection began.
     """
     n = {key: _numbers(values, key) for key in SENSORS if key not in ("RobotConfig", "Status")}
     charge, status, current, temperature = n["Battery"]

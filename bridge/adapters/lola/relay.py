@@ -118,10 +118,6 @@ class Relay(object):
     """Packets to a client and whole maps to LoLA, until one side ends.
 
     Half a map of a client that has ended would spoil the relay's own.
-
-    Args:
-        client: connected socket.
-        robot: connection to LoLA.
     """
 
     def __init__(self, client, robot):

@@ -146,10 +146,6 @@ class LolaServer:
     """Serves one client at a time on a listening socket.
 
     Args:
-        link: to the robot, controller side.
-        listener: listening socket.
-        identity: of the robot that the packets name.
-        stop: set when the server is to end.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
     """
 
@@ -314,7 +310,6 @@ class LolaServer:
 
         Args:
             answered: number of the answered frame.
-            robot: its listener, with the lease.
         """
         setpoints = self._client.setpoints if self._client is not None else None
         self._unsent = setpoints is not None and not (self._link.lease and robot.held)

@@ -1,8 +1,8 @@
 """Declared methods: binding, argument checks, error sentences, help and documentation by one decorator.
 
 `@offers("ALMotion.setAngles", kind="joints")` offers a method of a class under its NAOqi name; its parameters'
-annotations are the checks. A name that begins with a dot belongs to the service `self.service`. The vendor's
-methods that are not offered are in `refused.toml`.
+annotations are the checks. A name that begins with a dot belongs to the service `self.service`. `methods.toml`
+has refusals, omissions, and the methods that are data: constant answers, settings, and checks without effect.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import re
 import types
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import (
     Annotated,
@@ -48,8 +48,6 @@ MAX_DURATION: Final = 3600.0
 """s that one interpolation may take."""
 MIN_SPEED_FRACTION: Final = 1e-4
 """Fraction of the maximum speed: a joint's whole range takes about an hour."""
-INERT: Final = "remembered and read back, without effect"
-"""Omissions of a setting."""
 
 
 class Range(NamedTuple):
@@ -71,16 +69,18 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OneOf:
-    """A name of a list."""
+    """A name or a number of a list."""
 
     noun: str
-    known: Collection[str] = field(repr=False)
+    known: Collection[Any] = field(repr=False)
 
-    def __call__(self, value: Any, label: str) -> str:
-        """Check a name."""
-        if text(value, label) not in self.known:
-            raise NaoqiRefused(f"{label.partition(':')[0]}: {unknown_name(self.noun, value, self.known)}.")
-        return str(value)
+    def __call__(self, value: Any, label: str) -> Any:
+        """Check a name or a number."""
+        names = all(isinstance(one, str) for one in self.known)
+        if (text(value, label) if names else number(value, label)) not in self.known:
+            known = [str(one) for one in self.known]
+            raise NaoqiRefused(f"{label.partition(':')[0]}: {unknown_name(self.noun, str(value), known)}.")
+        return value
 
     def __str__(self) -> str:
         return f"one of {', '.join(map(str, self.known))}"
@@ -106,26 +106,6 @@ class Vector:
         return f"[{self.names}]{f' in {self.unit}' if self.unit else ''}"
 
 
-class Choice:
-    """A number of a list.
-
-    Args:
-        values: the list.
-    """
-
-    def __init__(self, *values: int) -> None:
-        self._values = values
-
-    def __call__(self, value: Any, label: str) -> int:
-        """Check a number."""
-        if isinstance(value, bool) or value not in self._values:
-            raise NaoqiRefused(f"{label} is {value!r:.40}; {self} is expected.")
-        return int(value)
-
-    def __str__(self) -> str:
-        return f"one of {', '.join(map(str, self._values))}"
-
-
 class Own(NamedTuple):
     """A check by a method `(value) -> value` of the service's object, or of one of its parts."""
 
@@ -142,27 +122,22 @@ class Own(NamedTuple):
         return self.path.rpartition(".")[2].strip("_").replace("_", " ")
 
 
-@dataclass(frozen=True)
-class _Offer:
+class _Offer(NamedTuple):
     names: tuple[str, ...]
     kind: Kind
-    partly: str
     begins_walk: bool
+    preset: dict[str, Any]
 
 
-def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool = False) -> Callable[[F], F]:
+def offers(*names: str, kind: Kind = "read", begins_walk: bool = False, **preset: Any) -> Callable[[F], F]:
     """Offer a method under NAOqi names, for example `ALMotion.setAngles`.
 
-    Args:
-        names: service and method; `.method` belongs to the object's own `service`.
-        kind: its need of the robot.
-        partly: omissions and assumptions; empty: none.
-        begins_walk: the conditions of a walk apply.
+    `.method` belongs to the object's own `service`; for one that begins a walk the conditions of a walk apply.
+    `preset` has the keyword arguments by which one function serves several methods.
     """
 
     def mark(function: F) -> F:
-        offer = _Offer(names, kind, partly, begins_walk)
-        function.__dict__.setdefault("offers", []).append(offer)
+        function.__dict__.setdefault("offers", []).append(_Offer(names, kind, begins_walk, preset))
         return function
 
     return mark
@@ -173,13 +148,9 @@ class Setting:
 
     Args:
         name: of the methods, for example `ALTextToSpeech.Volume` for `setVolume` and `getVolume`.
-        default: initial value.
-        kind: its type with its range, as an annotation.
-        partly: of the setter.
+        inert: without effect here, which the log says once.
         reader: `get`, or `is`.
-        returns: result of the setter.
         of_part: a part's name is the first argument; each part has its own value.
-        also: further names of the setter.
     """
 
     def __init__(
@@ -187,8 +158,8 @@ class Setting:
         name: str,
         default: Any,
         kind: Any,
-        partly: str = "",
         *,
+        inert: bool = False,
         reader: str = "get",
         returns: Any = None,
         of_part: bool = False,
@@ -200,7 +171,7 @@ class Setting:
         def put(owner: Any, *arguments: Any) -> Any:
             """Store the last argument; the one before it names the part."""
             given = arguments[-1]
-            if partly == INERT and given not in (False, None) and self._attribute not in owner.__dict__:
+            if inert and given not in (False, None) and self._attribute not in owner.__dict__:
                 logger.warning("%s.%s", service or owner.service, warned)
                 self.__set__(owner, default)
             parts = self._parts(owner)
@@ -214,10 +185,10 @@ class Setting:
             return self._parts(owner).get(part[0], default) if part else self.__get__(owner)
 
         of: dict[str, Any] = {"name": str} if of_part else {}
-        put.__signature__ = _signature(put, of | {"value": kind})  # type: ignore[attr-defined]
-        get.__signature__ = _signature(get, of)  # type: ignore[attr-defined]
+        _declare(put, of | {"value": kind})
+        _declare(get, of)
         names = (f"{service}.{method}" for method in (f"set{setting}", *also.split()))
-        self.functions = offers(*names, partly=partly)(put), offers(f"{service}.{reader}{setting}")(get)
+        self.functions = offers(*names)(put), offers(f"{service}.{reader}{setting}")(get)
 
     def __set_name__(self, _: type, attribute: str) -> None:
         self._attribute = attribute
@@ -233,11 +204,39 @@ class Setting:
         owner.__dict__[self._attribute] = value
 
 
-def _signature(function: Callable[..., Any], of: Mapping[str, Any]) -> inspect.Signature:
-    """Declare the parameters of a function of an object with `*arguments`; their signature."""
-    function.__annotations__ = dict(of)
-    kind = inspect.Parameter.POSITIONAL_ONLY
-    return inspect.Signature([inspect.Parameter(name, kind) for name in ("owner", *of)])
+def _declare(function: Any, parameters: Mapping[str, Any], optional: Collection[str] = ()) -> None:
+    """Declare the parameters of a function of an object with `*arguments`: name -> type."""
+    function.__annotations__ = dict(parameters)
+    kind, empty = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.empty
+    function.__signature__ = inspect.Signature(
+        [inspect.Parameter(n, kind, default=None if n in optional else empty) for n in ("owner", *parameters)]
+    )
+
+
+class Parameters:
+    """Numbers that programs set and read by their names, as `Setting`.
+
+    Args:
+        service: of the methods.
+        table: name -> smallest, largest and initial value.
+    """
+
+    def __init__(self, service: str, table: Mapping[str, tuple[float, float, float]]) -> None:
+        self._initial = {name: start for name, (_, _, start) in table.items()}
+
+        def put(owner: Any, name: Any, value: Any) -> None:
+            self.__get__(owner)[name] = number(value, f"{service}.setParameter: {name}", *table[name][:2])
+
+        def get(owner: Any, name: Any) -> float:
+            return self.__get__(owner)[name]  # type: ignore[no-any-return]
+
+        of: dict[str, Any] = {"parameter": Annotated[str, OneOf("parameter", table)]}
+        _declare(put, of | {"value": float})
+        _declare(get, of)
+        self.functions = offers(f"{service}.setParameter")(put), offers(f"{service}.getParameter")(get)
+
+    def __get__(self, owner: Any, _: Any = None) -> Any:
+        return self if owner is None else owner.__dict__.setdefault("parameters", dict(self._initial))
 
 
 _MAX_PARTS: Final = 1000
@@ -251,31 +250,23 @@ class Method:
     name: str
     call: Callable[..., Any]
     kind: Kind = "read"
-    partly: str = ""
     begins_walk: bool = False
     refuses: bool = False
+
+    @property
+    def partly(self) -> str:
+        """Omissions and assumptions; empty: none."""
+        known = [VENDOR_METHODS[service] for service in (self.service, MODULE) if service in VENDOR_METHODS]
+        rows = (row for of in known for row in of.partly.items())
+        return next((why for why, methods in rows if self.name in methods), "")
 
     @cached_property
     def signature(self) -> inspect.Signature:
         """Its parameters."""
         return inspect.signature(self.call)
 
-    @cached_property
-    def _counts(self) -> tuple[int, float]:
-        """Fewest and most arguments."""
-        kinds = [p for p in self.signature.parameters.values() if p.kind is not p.KEYWORD_ONLY]
-        single = [p for p in kinds if p.kind is not _VARIABLE]
-        return sum(p.default is p.empty for p in single), math.inf if len(single) < len(kinds) else len(single)
-
     def require_count(self, arguments: Sequence[Any]) -> None:
-        """Check the number of arguments.
-
-        Raises:
-            NaoqiRefused: too few or too many.
-        """
-        fewest, most = self._counts
-        if fewest <= len(arguments) <= most:
-            return
+        """Check the number of arguments."""
         try:
             self.signature.bind(*arguments)
         except TypeError as error:
@@ -285,14 +276,19 @@ class Method:
 
     @cached_property
     def types(self) -> Mapping[str, Any]:
-        """Annotation of each parameter."""
-        function = inspect.unwrap(getattr(self.call, "__func__", self.call))
+        """Annotation of each parameter that a program gives."""
+        bound = getattr(self.call, "func", self.call)
+        function = inspect.unwrap(getattr(bound, "__func__", bound))
         hints = get_type_hints(function, include_extras=True)
-        return {name: hints.get(name, Any) for name in self.signature.parameters}
+        return {
+            name: hints.get(name, Any)
+            for name, p in self.signature.parameters.items()
+            if p.kind is not p.KEYWORD_ONLY
+        }
 
     @cached_property
     def _checks(self) -> list[tuple[str, Check, bool]]:
-        owner = getattr(self.call, "__self__", None)
+        owner = getattr(getattr(self.call, "func", self.call), "__self__", None)
         return [
             (
                 f"{self.service}.{self.name}: {as_vendor(name)}",
@@ -300,7 +296,6 @@ class Method:
                 self.signature.parameters[name].kind is _VARIABLE,
             )
             for name, kind in self.types.items()
-            if self.signature.parameters[name].kind is not inspect.Parameter.KEYWORD_ONLY
         ]
 
     def __call__(self, arguments: Sequence[Any]) -> Any:
@@ -318,7 +313,7 @@ class Method:
     @property
     def help(self) -> list[Any]:
         """`[name, [[parameter, description], ...], ...]`, as `getMethodHelp`."""
-        first = (inspect.getdoc(self.call) or "").partition("\n")[0]
+        first = (inspect.getdoc(getattr(self.call, "func", self.call)) or "").partition("\n")[0]
         return [self.name, [[as_vendor(name), describe(kind)] for name, kind in self.types.items()], first, ""]
 
 
@@ -339,11 +334,10 @@ def _methods(owner: Any) -> Iterator[Method]:
         for value in vars(kind).values():
             for function in getattr(value, "functions", (value,)):
                 for offer in getattr(function, "offers", ()):
-                    bound = types.MethodType(function, owner)
+                    bound: Any = types.MethodType(function, owner)
+                    bound = partial(bound, **offer.preset) if offer.preset else bound
                     for service, _, method in (name.rpartition(".") for name in offer.names):
-                        partly = offer.partly or getattr(owner, "left_out", {}).get(method, "")
-                        declaration = (service or owner.service, method, bound, offer.kind, partly)
-                        yield Method(*declaration, offer.begins_walk)
+                        yield Method(service or owner.service, method, bound, offer.kind, offer.begins_walk)
 
 
 def as_vendor(words: str) -> str:
@@ -391,36 +385,67 @@ def _check(kind: Any, owner: object) -> Check:
         return of_list
     if kind is int:
         return lambda value, label: round(number(value, label))
-    simple: dict[Any, Check] = {float: number, bool: flag, str: text}
+    simple: dict[Any, Check] = {float: number, bool: flag, str: text, dict: _mapping}
     return simple.get(kind, lambda value, _: value)
 
 
 _OF: Final = {str: " of names", float: " of numbers"}
 
 
-class Refused(msgspec.Struct, frozen=True):
-    """Methods of the vendor's service that are not offered."""
+class VendorMethods(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Methods of one service of the vendor's, as far as they are data; see `methods.toml`."""
 
-    methods: list[str] = []
+    refused: list[str] = []
     no: dict[str, str] = {}
-    """Method -> reason; `*`: all others."""
+    partly: dict[str, list[str]] = {}
+    settings: dict[str, Any] = {}
+    events: dict[str, Any] = {}
+    answers: dict[str, Any] = {}
+    idle: list[str] = []
 
 
-REFUSED: Final = convert(read_toml(Path(__file__).with_name("refused.toml")), dict[str, Refused])
+VENDOR_METHODS: Final = convert(read_toml(Path(__file__).with_name("methods.toml")), dict[str, VendorMethods])
 """By service."""
+MODULE: Final = "ALModule"
+"""Stands for every service."""
+_TYPES: Final = {"bool": bool, "str": str, "number": float, "dict": dict, "any": Any}
+
+
+def rows() -> object:
+    """An object that offers the settings, constant answers and methods without effect of all services."""
+    found: dict[str, Any] = {}
+    for service, of in VENDOR_METHODS.items():
+        for row, default in of.settings.items():
+            reader, name, part = re.fullmatch(r"(get|is)(\w+?)(\(name\))?", row).groups()  # type: ignore[union-attr]
+            initial = None if default == {} else default
+            kind = {bool: bool, str: str}.get(type(default), Any if initial is None else float)
+            more: Any = {"reader": reader, "of_part": bool(part), "returns": True}
+            found[f"{service}.{row}"] = Setting(f"{service}.{name}", initial, kind, inert=True, **more)
+        for row, answer in {**of.answers, **dict.fromkeys(of.idle)}.items():
+            found[f"{service}.{row}"] = _constant(service, row, answer)
+    return type("Rows", (), found)()
+
+
+def _constant(service: str, row: str, answer: Any) -> Callable[..., Any]:
+    """A method `name(parameter: type, ...)` that always returns the same."""
+    name, _, rest = row.removesuffix(")").partition("(")
+    pieces = [piece.replace(":", " ").split() for piece in rest.split(", ") if piece]
+    kinds = {n: OneOf(n, kind.split("|")) if "|" in kind else _TYPES[kind] for n, kind, *_ in pieces}
+
+    def method(*_: Any) -> Any:
+        return answer
+
+    parameters = {n: Annotated[str, kind] if isinstance(kind, OneOf) else kind for n, kind in kinds.items()}
+    _declare(method, parameters, [piece[0] for piece in pieces if "=" in piece])
+    return offers(f"{service}.{name}")(method)
 
 
 def refusals(service: str, offered: Collection[str]) -> dict[str, Method]:
-    """The vendor's methods of a service that this one refuses.
-
-    Args:
-        service: name of the service.
-        offered: its offered methods.
-    """
-    entry = REFUSED.get(service, Refused())
+    """The vendor's methods of a service that this one refuses."""
+    known = VENDOR_METHODS.get(service, VendorMethods())
     default = f"{service} offers {', '.join(sorted(offered)) or 'nothing'}"
     return {
-        name: _refusal(service, name, entry.no.get(name, entry.no.get("*", default))) for name in entry.methods
+        name: _refusal(service, name, known.no.get(name, known.no.get("*", default))) for name in known.refused
     }
 
 
@@ -432,11 +457,7 @@ def _refusal(service: str, method: str, reason: str) -> Method:
 
 
 def number(value: Any, label: str, lower: float = -math.inf, upper: float = math.inf) -> float:
-    """A finite number within a range.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
+    """A finite number within a range."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise NaoqiRefused(f"{label} is {value!r:.60}; a finite number is expected.")
     if not lower <= value <= upper:
@@ -473,44 +494,34 @@ def fraction(value: Any, label: str) -> float:
 
 
 def flag(value: Any, label: str) -> bool:
-    """True or False, also as 1 or 0.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
+    """True or False, also as 1 or 0."""
     if value not in (True, False):
         raise NaoqiRefused(f"{label} is {value!r:.60}; True or False is expected.")
     return bool(value)
 
 
 def text(value: Any, label: str) -> str:
-    """A name.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
+    """A name."""
     if not isinstance(value, str):
         raise NaoqiRefused(f"{label} is {value!r:.60}; a name is expected.")
     return value
 
 
-def pairs(value: Any, label: str) -> list[list[Any]]:
-    """A list of names, each with its value.
+def _mapping(value: Any, label: str) -> dict[Any, Any]:
+    if not isinstance(value, dict):
+        raise NaoqiRefused(f"{label} is {value!r:.60}; {{name: value, ...}} is expected.")
+    return value
 
-    Raises:
-        NaoqiRefused: anything else.
-    """
+
+def pairs(value: Any, label: str) -> list[list[Any]]:
+    """A list of names, each with its value."""
     if not isinstance(value, list) or not all(isinstance(row, list) and len(row) == 2 for row in value):
         raise NaoqiRefused(f"{label}: {value!r:.60} was given; [[name, value], ...] is expected.")
     return value
 
 
 def one_each(value: Any, count: int, label: str) -> list[float]:
-    """A number for each joint: one for all, or a list of as many.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
+    """A number for each joint: one for all, or a list of as many."""
     if not isinstance(value, list):
         return [number(value, label)] * count
     if len(value) != count:
@@ -519,11 +530,7 @@ def one_each(value: Any, count: int, label: str) -> list[float]:
 
 
 def lists_each(value: Any, count: int, label: str) -> list[list[float]]:
-    """A list of numbers for each joint, out of one number, one list, or a list of numbers or lists.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
+    """A list of numbers for each joint, out of one number, one list, or a list of numbers or lists."""
     if not isinstance(value, list):
         return [[number(value, label)] for _ in range(count)]
     if count == 1 and not any(isinstance(entry, list) for entry in value):

@@ -74,11 +74,7 @@ class Listener(Protocol):
 
 
 class Connection(asyncio.Protocol):
-    """One client.
-
-    Args:
-        listener: takes its calls.
-    """
+    """One client."""
 
     def __init__(self, listener: Listener) -> None:
         self._listener = listener
@@ -189,7 +185,6 @@ class Connection(asyncio.Protocol):
 
         Args:
             number: of the client's link.
-            address: service, object and action of the event.
 
         Raises:
             QiError: the client has too many links.

@@ -43,7 +43,6 @@ def meta_object(methods: Methods, signals: Signals) -> bytes:
     """The description of an object, with the methods that every object has.
 
     Args:
-        methods: of its own.
         signals: action -> name, signature.
     """
     table = {
@@ -70,11 +69,7 @@ class Service:
 
 
 class Directory:
-    """All services, of which it is the first one.
-
-    Args:
-        connections: of all clients.
-    """
+    """All services, of which it is the first one."""
 
     def __init__(self, connections: Iterable[Connection]) -> None:
         self._connections = connections
@@ -83,9 +78,9 @@ class Directory:
         self._last = 0
         self._calls: dict[str, Callable[..., Any]] = {
             "service": self._service,
-            "services": self._all,
+            "services": lambda to: [self._info(to, one) for one in self.services.values() if one.ready],
             "registerService": self._register,
-            "unregisterService": self._unregister,
+            "unregisterService": lambda by, number: self._remove(self._own(by, number)),
             "serviceReady": self._ready,
             "updateServiceInfo": lambda *_: None,
             "machineId": lambda _: machine_id(),
@@ -121,11 +116,6 @@ class Directory:
     def call(self, connection: Connection, method: str, arguments: list[Any]) -> Any:
         """Carry out a method of the directory.
 
-        Args:
-            connection: of the client that calls.
-            method: its name.
-            arguments: by its signature.
-
         Raises:
             QiError: no such service, or a taken name.
         """
@@ -141,9 +131,6 @@ class Directory:
         if service is None or not service.ready:
             raise QiError(f"Cannot find service '{name}' in index: nao-hil does not offer it")
         return self._info(connection, service)
-
-    def _all(self, connection: Connection) -> list[list[Any]]:
-        return [self._info(connection, service) for service in self.services.values() if service.ready]
 
     def _register(self, connection: Connection, info: list[Any]) -> int:
         name = info[0]
@@ -166,9 +153,6 @@ class Directory:
         service = self._own(connection, number)
         service.ready = True
         self._send_event(_ADDED, service)
-
-    def _unregister(self, connection: Connection, number: int) -> None:
-        self._remove(self._own(connection, number))
 
     def _remove(self, service: Service) -> None:
         del self.services[service.number], self.names[service.name]
@@ -194,7 +178,12 @@ class Directory:
         service = self.names.get(name)
         if service is not None and service.connection is None:
             return service
-        if service is None or service.connection is None or not service.connection.takes_calls:
+        # until it is ready, libqi has not bound it and refuses calls
+        if (
+            service is None
+            or service.connection is None
+            or not (service.ready and service.connection.takes_calls)
+        ):
             raise QiError(f"module {name} is no service of this session; register it first")
         if not service.actions:
             try:

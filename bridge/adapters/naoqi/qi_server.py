@@ -197,8 +197,6 @@ class QiServer:
         """Send an event of ALMemory to its subscribers; any thread may call this.
 
         Args:
-            event: its name.
-            value: its value.
             callbacks: as for `memory.Publish`.
         """
         if self.has_signal(event) or callbacks:

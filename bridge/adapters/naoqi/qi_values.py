@@ -51,10 +51,6 @@ class ObjectReference:
 def decode(signature: str, payload: bytes | memoryview) -> Any:
     """The value of a payload.
 
-    Args:
-        signature: of its type.
-        payload: the value alone.
-
     Raises:
         QiError: it is no such value.
     """
@@ -72,7 +68,6 @@ def encode(signature: str, value: Any) -> bytes:
     """A value in bytes.
 
     Args:
-        signature: of its type in the payload.
         value: numbers, text, bytes, None, lists, tuples and dictionaries of them; `ObjectReference`.
 
     Raises:

@@ -41,7 +41,6 @@ class FrameReader:
     """Reads sensor frames from a NAOqi robot's memory.
 
     Args:
-        body: Data sheet of the robot.
         old_gyroscope: The robot has NAOqi 1.14's names of the gyroscope.
     """
 
@@ -294,7 +293,6 @@ class NaoqiDevice:
         """Command all joints for the time of the answered reading plus the look-ahead; does not wait.
 
         Args:
-            moment: of the newest reading.
             seq: number of its frame.
             command: an answer to an older frame has less time left.
 
@@ -354,7 +352,6 @@ def connected(url: str, timeout: float = TIMEOUT) -> Any:
     """A session of qi; close it.
 
     Args:
-        url: of a NAOqi.
         timeout: s.
 
     Raises:
@@ -402,8 +399,6 @@ class NaoqiBridge:
     Args:
         url: of the robot's NAOqi.
         look_ahead: from a frame to the time of the command that answers it, s.
-        settings: of the bridge.
-        stop: set when it is to end.
 
     Raises:
         ConfigurationError: no such body, or an impossible look-ahead.

@@ -46,7 +46,6 @@ class RobotFiles:
 
     Args:
         home: the folder that stands for `/home/nao`; made at the first file.
-        lock: of the services.
     """
 
     def __init__(self, home: Path, lock: threading.RLock) -> None:
@@ -101,7 +100,6 @@ class RobotFiles:
         """Read a file, or a long text, in a thread of its own, then store its content.
 
         Args:
-            source: path of the file, or text.
             read: source -> content; raises a refusal.
             store: content -> result of the call; the lock is held.
         """

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed, DrawnCameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.core.served import ServedRobot
 from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.qi_server import QiServer
@@ -35,11 +36,7 @@ class NaoqiServer:
     """Serves one robot.
 
     Args:
-        link: open link, controller side.
-        url: where qi listens.
-        gait: for walks.
         full: speed of that gait, see `WalkingMethods`.
-        start_walker: starts a walker that serves.
         stop: true when the server is to end.
         home: folder that stands for the robot's `/home/nao`; made at the first file.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
@@ -182,18 +179,17 @@ class NaoqiServer:
         handover = WalkerHandover(
             self, self._start_walker, lambda: WalkClient(link.robot, link.endpoint), self._gait
         )
-        services = Services(
+        robot = ServedRobot(
             RobotConfig(body, link.robot),
             frame,
             self._lock,
             WalkingMethods(handover, self._full),
-            self._require_lease,
-            self._answer_again,
             self._publish,
             self._home,
             feed,
             lambda event: self._call_server is not None and self._call_server.has_signal(event),
         )
+        services = Services(robot, self._require_lease, self._answer_again)
         with contextlib.suppress(LinkError):  # the robot has gone: its next boot is served
             services.hold(link.held())
         with self._lock:

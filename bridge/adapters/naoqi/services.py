@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from pathlib import Path
-from threading import RLock
 from typing import Annotated, Any
 
 from bridge.adapters.naoqi.core.breathing import Breathing
-from bridge.adapters.naoqi.core.cameras import CameraFeed, NoCameraFeed
 from bridge.adapters.naoqi.core.cartesian import Cartesian
-from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import DcmService, Joints, UpperBodyShare, moved_joints
-from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
-from bridge.adapters.naoqi.core.motion_tasks import MAX_WAIT, AsyncCalls, MotionTasks
+from bridge.adapters.naoqi.core.joints import DcmService, UpperBodyShare, moved_joints
+from bridge.adapters.naoqi.core.motion_tasks import MAX_WAIT, AsyncCalls
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.core.robot_facts import InertSettings, Preferences, RobotConfig, RobotFacts
+from bridge.adapters.naoqi.core.robot_facts import Preferences, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
-    BUTTON_KEYS,
-    QUIET_SERVICES,
-    QUIET_VISION,
     BatteryAndHeat,
-    Extractor,
     RobotEvents,
+    Sensors,
     Sonar,
     Touch,
-    VisionExtractor,
+    quiet_services,
 )
+from bridge.adapters.naoqi.core.served import ServedRobot
 from bridge.adapters.naoqi.core.video import VideoDevice
-from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody
-from bridge.adapters.naoqi.declared import REFUSED, Method, Range, as_vendor, declared, offers, refusals
+from bridge.adapters.naoqi.declared import (
+    MODULE,
+    VENDOR_METHODS,
+    Method,
+    Range,
+    as_vendor,
+    declared,
+    offers,
+    refusals,
+    rows,
+)
 from bridge.adapters.naoqi.interaction.animations import (
     BEHAVIOUR_EVENT,
     GESTURE_CHAINS,
@@ -45,14 +45,13 @@ from bridge.adapters.naoqi.interaction.animations import (
 )
 from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
 from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
-from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Scene
+from bridge.adapters.naoqi.interaction.detection import Balls, Faces, LandMarks, Scene
 from bridge.adapters.naoqi.interaction.dialog import Dialog
 from bridge.adapters.naoqi.interaction.hearing import SpeechRecognition
 from bridge.adapters.naoqi.interaction.leds import Leds
 from bridge.adapters.naoqi.interaction.photos import PhotoCapture, VideoRecorder
 from bridge.adapters.naoqi.interaction.speech import Speech
-from bridge.adapters.naoqi.interaction.tracker import Following, OldTracker, Tracker
-from bridge.adapters.naoqi.robot_files import RobotFiles
+from bridge.adapters.naoqi.interaction.tracker import OldTracker, Tracker
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
 from bridge.validation import unknown_name
@@ -67,78 +66,79 @@ _MOVED_JOINTS |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavio
 
 
 class Services:
-    """All services of one robot, from its first frame on.
+    """All services of one robot.
 
     Args:
-        config: facts about the robot.
-        frame: its first one.
-        lock: of joints and memory.
-        walking: walks, with the handover of the joints.
+        robot: its joints and memory are locked by its lock.
         require_lease: raises `NaoHilError` unless the joints may be commanded.
         commanded: called, with the lock held, after a call that may have changed the joints' commands.
-        publish: called for each event of ALMemory.
-        home: folder that stands for its `/home/nao`; made at the first file.
-        feed: its cameras.
-        has_signal: as of `Events`.
     """
 
     def __init__(
-        self,
-        config: RobotConfig,
-        frame: SensorFrame,
-        lock: RLock,
-        walking: WalkingMethods,
-        require_lease: Callable[[], None],
-        commanded: Callable[[], None],
-        publish: Publish,
-        home: Path,
-        feed: CameraFeed | None = None,
-        has_signal: Callable[[str], bool] = lambda _: False,
+        self, robot: ServedRobot, require_lease: Callable[[], None], commanded: Callable[[], None]
     ) -> None:
-        self._config, self._lock, self.handover = config, lock, walking.handover
+        self.robot, self._lock, self.handover = robot, robot.lock, robot.walking.handover
         self._require_lease, self._commanded = require_lease, commanded
-        self.joints = Joints(config.body, frame)
-        numbers = self._numbers = itertools.count(1)
-        self._tasks, self._others = MotionTasks(numbers), MotionTasks(numbers)
-        """Motions of joints; and other lasting calls, which a stop of all motions leaves alone."""
-        self.motion = JointMotion(self.joints, self._tasks, config)
-        self.upper_body = UpperBodyShare(self.joints)
-        self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
-        self._files = RobotFiles(home, lock)
-        self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers, self._files)
-        self._postures = Postures(self.joints, self.motion, self._tasks)
-        self._frames = RobotFrames(self.joints, self._robot_place, walking.steps_ahead)
-        self._arms = ArmProtection(self.joints, self._frames.links)
-        self._breathing = Breathing(self.joints, self._postures)
-        self._falls = FallManager(self.joints, self.motion)
-        self._protection = WalkProtection(self.joints)
-        self._walking = walking
-        self._walks = {name: method.call for name, method in declared(walking).get("ALMotion", {}).items()}
-        self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
-        self.memory.provide(self.joints.keys())
-        self.memory.update(frame)
-        self.events = Events(self.memory, self._publisher(publish), has_signal)
-        self._speech = Speech(self._others, self.events, lambda: self.joints.now, self._files, self._animate)
-        self._dialog = Dialog(self.events, self.memory.get, self._speech.answer, self._files)
-        self._microphones = Microphones(publish)
-        self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
-        self._recognition = SpeechRecognition(self.events, self._files)
-        self._feed = feed or NoCameraFeed()
-        self._scene = Scene(config.body, self._frames, self._feed, self._hear)
-        self._video = VideoDevice(config.body, self._feed)
-        self._sonar = Sonar(self.joints, self.events)
-        seeing = (self._scene, self._frames, self.events)
-        self._detections = (
-            Faces(*seeing, self._others, lambda: self.joints.now),
-            LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
-            Detection("ALRedBallDetection", "ball", "redBallDetected", *seeing),
+        self.joints, self.motion, self.events = robot.joints, robot.motion, robot.events
+        self.upper_body = UpperBodyShare(robot.joints)
+        self._async_calls = AsyncCalls([robot.tasks, robot.others], robot.numbers, robot.motion.end_task)
+        self._postures = Postures(robot)
+        self._robot_events = RobotEvents(robot, self._postures)
+        self._breathing = Breathing(robot, self._postures)
+        self._falls, self._protection = FallManager(robot), WalkProtection(robot)
+        self._audio, self._microphones = AudioPlayer(robot), Microphones(robot)
+        speech = Speech(robot, self._animate)
+        self._dialog, self._recognition = Dialog(robot, speech.answer), SpeechRecognition(robot)
+        self._sonar, self._compass = Sonar(robot), VisualCompass(robot)
+        scene, cartesian = Scene(robot, self._hear), Cartesian(robot)
+        self._detections = (Faces(robot, scene), LandMarks(robot, scene), Balls(robot, scene))
+        self._awareness, self._tracker = Awareness(robot, scene), Tracker(robot, scene)
+        self._table = self._build(
+            rows(),
+            DcmService(robot.joints),
+            robot.memory,
+            robot.events,
+            robot.motion,
+            robot.frames,
+            robot.files,
+            self._postures,
+            self._robot_events,
+            self.upper_body,
+            self._protection,
+            self._falls,
+            self._breathing,
+            ArmProtection(robot),
+            cartesian,
+            WholeBody(robot, cartesian),
+            robot.walking,
+            *([Navigation(robot)] if "moveTo" in robot.walks else []),
+            self._compass,
+            self._sonar,
+            Touch(robot),
+            Sensors(robot),
+            BatteryAndHeat(robot),
+            RobotFacts(robot.config),
+            Preferences(),
+            Leds(robot),
+            speech,
+            self._audio,
+            Recorder(robot),
+            self._microphones,
+            AutonomousLife(robot),
+            self._awareness,
+            self._recognition,
+            *self._detections,
+            VideoDevice(robot),
+            scene,
+            PhotoCapture(robot),
+            VideoRecorder(robot),
+            self._dialog,
+            self._dialog.concepts,
+            Animations(robot),
+            self._tracker,
+            *(OldTracker(self._tracker, name, size) for name, size in (("RedBall", 0.06), ("Face", 0.15))),
+            *quiet_services(robot),
         )
-        self._compass = VisualCompass(self._frames, self.events, self._robot_place)
-        neck = config.body.lengths.NeckOffsetZ
-        walk = self._walks.get("move")
-        self._awareness = Awareness(self._scene, self._frames, self.motion, self.events, self.memory)
-        self._following = Following(self._scene, self._frames, self.motion, self.events, neck, walk)
-        self._table = self._build()
 
     def _hear(self, said: str) -> list[str]:
         """Process an utterance of a person; the recognized words."""
@@ -157,24 +157,10 @@ class Services:
             return None
         return playing
 
-    def _publisher(self, publish: Publish) -> Publish:
-        """A publisher of events that also passes them to the dialogues."""
-
-        def publish_and_answer(event: str, value: Any, callbacks: list[list[Any]]) -> None:
-            publish(event, value, callbacks)
-            self._dialog.answer_event(event, value)
-
-        return publish_and_answer
-
-    def _robot_place(self) -> Sequence[float]:
-        position = self._walks.get("getRobotPosition")
-        place: Sequence[float] = position(False) if position else (0.0, 0.0, 0.0)
-        return place
-
     def cycle(self, frame: SensorFrame) -> None:
         """Take a new frame; the lock is held."""
         self.joints.cycle(frame)
-        self.memory.update(frame)
+        self.robot.memory.update(frame)
         self._robot_events.update(frame)
         if self._falls.update(frame, leaning=self._postures.leaning):
             self.events.raise_event("ALMotion/RobotIsFalling", True)
@@ -183,13 +169,13 @@ class Services:
             detection.update(now)
         self._compass.update(now)
         self._microphones.update(now)
-        self._following.update(now)
+        self._tracker.update(now)
         self._awareness.update(now)
         self._sonar.update()
         if not self.handover.has_robot:
             self._breathing.update()
-        self._tasks.run(now)
-        self._others.run(now)
+        self.robot.tasks.run(now)
+        self.robot.others.run(now)
 
     def give_away(self) -> None:
         """End motions of the legs for the walker; the lock is held."""
@@ -202,8 +188,8 @@ class Services:
 
     def abandon(self) -> None:
         """Fail calls that wait for a motion of a lost robot; the lock is held."""
-        self._tasks.abandon()
-        self._others.abandon()
+        self.robot.tasks.abandon()
+        self.robot.others.abandon()
 
     def names(self) -> dict[str, list[str]]:
         """Service -> methods, including the refused ones."""
@@ -220,11 +206,6 @@ class Services:
     def call(self, service: str, method: str, arguments: list[Any]) -> Any:
         """Carry out a call: its result, or a future of it.
 
-        Args:
-            service: name of the service.
-            method: name of the method.
-            arguments: of the program.
-
         Raises:
             NaoHilError: a refusal; one sentence.
         """
@@ -234,7 +215,7 @@ class Services:
         if entry is None:
             raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")
         entry.require_count(arguments)
-        if entry.begins_walk and not _is_zero(arguments[:3]):
+        if entry.begins_walk and any(part != 0 for part in arguments[:3]):
             with self._lock:
                 if not self.handover.has_robot:
                     self._protection.require(f"{service}.{method}")
@@ -253,11 +234,11 @@ class Services:
             result = self.call(service, name, rest)
         except NaoHilError as error:
             logger.warning("%s", error)  # as on a robot, the caller gets a number
-            return next(self._numbers)
+            return next(self.robot.numbers)
         if isinstance(result, Future):
             result.add_done_callback(_log_error)
         walks = self._table[service][name].kind == "walk"
-        key = self._async_calls.add(result, self._walks.get("stopMove") if walks else None)
+        key = self._async_calls.add(result, self.robot.walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
             self._audio.name_by_call(result, key)
         return key
@@ -287,65 +268,10 @@ class Services:
             return self.handover.with_joints(command, stop=entry.kind == "posture")
         return command()
 
-    def _build(self) -> dict[str, dict[str, Method]]:
-        now = lambda: self.joints.now  # noqa: E731
-        cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
-        photos = PhotoCapture(self._feed, self._others, now, self._files)
-        films = VideoRecorder(self._feed, self._others, now, self._files)
-        table = declared(
-            InertSettings(),
-            DcmService(self.joints),
-            self.memory,
-            self.events,
-            self.motion,
-            self._postures,
-            self._robot_events,
-            self.upper_body,
-            self._protection,
-            self._falls,
-            self._frames,
-            self._breathing,
-            self._arms,
-            cartesian,
-            WholeBody(self.joints, self.motion, self._tasks, cartesian, self._frames),
-            self._walking,
-            *([Navigation(self._walks)] if "moveTo" in self._walks else []),
-            self._compass.extractor,
-            self._compass,
-            self._sonar.extractor,
-            self._sonar,
-            Touch(self.joints, self.events),
-            Extractor("ALSensors", self.events, [], BUTTON_KEYS),
-            BatteryAndHeat(self.joints),
-            RobotFacts(self._config),
-            Preferences(),
-            Leds(self.joints, self._others),
-            self._speech,
-            self._audio,
-            Recorder(now, self._files),
-            self._microphones,
-            AutonomousLife(self.events),
-            self._awareness,
-            self._recognition.extractor,
-            self._recognition,
-            *(part for detection in self._detections for part in (detection.extractor, detection)),
-            self._video,
-            self._scene,
-            photos.setup,
-            photos,
-            films.setup,
-            films,
-            self._dialog,
-            self._dialog.concepts,
-            self._files,
-            Animations(self.joints, self.motion),
-            Tracker(self.joints, self.motion, self._frames, self._following),
-            OldTracker("RedBall", 0.06, self._following),
-            OldTracker("Face", 0.15, self._following),
-            *(Extractor(name, self.events, [event], quiet=True) for name, event in QUIET_SERVICES.items()),
-            *(VisionExtractor(name, self.events, [event], quiet=True) for name, event in QUIET_VISION.items()),
-        )
-        for name in sorted({*table, *REFUSED}):
+    def _build(self, *owners: object) -> dict[str, dict[str, Method]]:
+        """Service -> name -> method; of two methods of a name the later owner's counts."""
+        table = declared(*owners)
+        for name in sorted({*table, *VENDOR_METHODS} - {MODULE}):
             methods = table.get(name, {})
             module = declared(_Module(name, self, methods))[name]
             table[name] = refusals(name, {*module, *methods}) | module | methods
@@ -363,25 +289,19 @@ class Services:
 
 
 class _Module:
-    """Methods of every service.
-
-    Args:
-        service: its name.
-        services: all of them.
-        methods: of its own.
-    """
+    """Methods of every service."""
 
     def __init__(self, service: str, services: Services, methods: Mapping[str, Method]) -> None:
         self.service, self._services, self._methods = service, services, methods
 
     _ping = offers(".ping")(lambda self: True)
-    _version = offers(".version")(lambda self: self._services._config.naoqi_version)
+    _version = offers(".version")(lambda self: self._services.robot.config.naoqi_version)
     _get_broker_name = offers(".getBrokerName")(lambda self: "naoqi")
     _get_method_list = offers(".getMethodList")(lambda self: sorted(self._methods))
     _get_module_help = offers(".getModuleHelp")(lambda self: [f"{self.service}, served by nao-hil", []])
     _is_running = offers(".isRunning")(lambda self, key: self._services._async_calls.running(key))
     _stop = offers(".stop")(lambda self, key: self._services._async_calls.stop(key))
-    _exit = offers(".exit", partly="the module stays")(lambda self: None)
+    _exit = offers(".exit")(lambda self: None)
 
     @offers(".pCall", kind="walk")
     def _post(self, method: Any = None, *arguments: Any) -> int:
@@ -393,17 +313,12 @@ class _Module:
 
     @offers(".getUsage")
     def _usage(self, method: str) -> str:
-        names = map(as_vendor, self._services.parameters(self.service, method).signature.parameters)
+        names = map(as_vendor, self._services.parameters(self.service, method).types)
         return f"{self.service}.{method}({', '.join(names)})"
 
     @offers(".wait")
     def _wait(self, key: Any, timeout: Annotated[float, Range(0, MAX_WAIT, "ms")] = 0) -> Future[Any]:
         return self._services._async_calls.wait(key, timeout)
-
-
-def _is_zero(velocity: Sequence[Any]) -> bool:
-    """Whether a velocity, or a way, is none: a robot that stands or lies takes it too."""
-    return all(isinstance(part, int | float) and part == 0 for part in velocity)
 
 
 def _log_error(done: Future[Any]) -> None:

@@ -21,7 +21,7 @@ from bridge.errors import FrameError
 from bridge.link import keys
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask
-from bridge.link.session import subscribe, try_client
+from bridge.link.session import Search, subscribe, try_client
 from bridge.messages import Info, Notice, SensorFrame, WalkTelemetry, decode, encode
 from bridge.realtime import quiet_process
 
@@ -74,24 +74,27 @@ class RosBridge:
         Raises:
             ConfigurationError: not an endpoint, or no such body.
         """
+        search = Search(self._robot, self._endpoint)
         while not self._stop.is_set():
             session = try_client(self._endpoint, "controller")
             if session is None:
+                search.failed(None)
                 self._stop.wait(_RETRY_INTERVAL)
                 continue
             try:
-                info = self._ask_info(session)
+                info = self._ask_info(session, search)
                 if info is not None:
                     self._serve(session, info)
             finally:
                 session.close()
         return self.counts
 
-    def _ask_info(self, session: zenoh.Session) -> Info | None:
+    def _ask_info(self, session: zenoh.Session, search: Search) -> Info | None:
         while not self._stop.is_set():
             payload = ask(session, keys.key(self._robot, keys.INFO), b"", 1.0, FrameError)
             if payload is not None:
                 return decode(payload, Info)
+            search.failed(session)
             self._stop.wait(_RETRY_INTERVAL)
         return None
 

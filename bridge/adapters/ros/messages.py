@@ -31,6 +31,7 @@ from bridge.body.kinematics import LinkTransform, LinkTransforms
 from bridge.body.quantities import absent_joints
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, WalkTelemetry
+from bridge.planar import Pose2D
 from bridge.recording.playback import read_recording
 from bridge.rotations import R_pitch, quaternion
 from bridge.types import Vec3
@@ -242,9 +243,8 @@ class RosMessages:
         if before is None or not now > before[0]:
             return 0.0, 0.0, 0.0
         passed, (x, y, yaw), (x0, y0, yaw0) = now - before[0], self._place, before[1]
-        dx, dy, turn = x - x0, y - y0, math.remainder(yaw - yaw0, math.tau)
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        return (cos * dx + sin * dy) / passed, (cos * dy - sin * dx) / passed, turn / passed
+        ahead, left = Pose2D(yaw=yaw).local(x - x0, y - y0)
+        return ahead / passed, left / passed, math.remainder(yaw - yaw0, math.tau) / passed
 
     def _tf(self, frame: SensorFrame, stamp: int) -> Any:
         x, y, yaw = self._place

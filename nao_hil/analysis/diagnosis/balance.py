@@ -5,6 +5,7 @@ Each twice where it can be: by the robot's own sensors, and by the ground truth.
 
 from __future__ import annotations
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -12,60 +13,18 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.kinematics import FloatingBase, RobotPose, homogeneous
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
+from bridge.planar import Pose2D
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, matrix
-from bridge.types import SIDES, Array, Pose, Side
+from bridge.types import SIDES, Array, Pose, Side, Vec2
 from nao_hil.runs.run import Cycle
 from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
 from walker.estimation.odometry import GroundPlane, GyroscopeHeading, Odometry, middle_of_soles, on_ground
-from walker.functions import LinearPendulum
-from walker.gaits.plan import Foothold
+from walker.functions import LinearPendulum, SmoothedRate, capture_point
 
 SMOOTHING: Final = 0.05
 """Time constant of the velocity, s: a difference of cycles is mostly the encoders' steps."""
 
-
-class ComState(NamedTuple):
-    """Centre of mass in the world."""
-
-    position: Array
-    """Shape (3,), m."""
-    velocity: Array
-    """Shape (3,), m/s."""
-
-    def capture_point(self, height: float) -> tuple[float, float]:
-        """Where a foot would have to stand for the robot to come to rest over it, x and y in the world, m.
-
-        Args:
-            height: of the centre of mass above the ground, m.
-        """
-        pendulum, (x, y), (vx, vy) = LinearPendulum(height), self.position[:2], self.velocity[:2]
-        return float(pendulum.capture_point(x, vx)), float(pendulum.capture_point(y, vy))
-
-
-class ComEstimator:
-    """Adds the velocity to positions of the centre of mass: their smoothed difference."""
-
-    def __init__(self) -> None:
-        self._last: tuple[float, Array] | None = None
-        self._velocity: Array = np.zeros(3)
-
-    def update(self, time: float, position: Array) -> ComState:
-        """One position.
-
-        Args:
-            time: of the robot, s; one that is not later than the last leaves the velocity as it is.
-            position: in the world, shape (3,), m.
-        """
-        if self._last is not None and time > self._last[0]:
-            dt = time - self._last[0]
-            raw = (position - self._last[1]) / dt
-            self._velocity = self._velocity + min(dt / SMOOTHING, 1.0) * (raw - self._velocity)
-        self._last = (time, position)
-        return ComState(position, self._velocity)
-
-
-Point = tuple[float, float]
 
 LEAST_FORCE: Final = 3.0
 """True vertical force with which a foot stands, N; as the walker takes it from its sensors."""
@@ -81,20 +40,20 @@ class Stand(NamedTuple):
     support: SupportPolygon | None
     """World frame; None in flight. Truth: the hull of the soles that touch; sensors: that of their force cells,
     beyond which no force can be felt."""
-    zmp: Point | None
+    zmp: Vec2 | None
     """World frame, m."""
     margin: float | None
     """Margin of the zero moment point inside the support polygon, m."""
-    capture: Point
+    capture: Vec2
     """Capture point: where a foot would have to stand for the robot to come to rest over it, world frame, m."""
 
 
 class PlannedStand(NamedTuple):
     """Plan of the walker, in the world."""
 
-    zmp: Point
-    com: Point
-    soles: dict[Side, Foothold]
+    zmp: Vec2
+    com: Vec2
+    soles: dict[Side, Pose2D]
     """Planned soles (below the AnkleRoll origin)."""
     lift: dict[Side, float]
     """Planned height of each sole, m."""
@@ -110,7 +69,7 @@ class Balance(NamedTuple):
     """By encoders, fused angle and force sensors."""
     true: Stand | None
     plan: PlannedStand | None
-    felt: Point | None
+    felt: Vec2 | None
     """Zero moment point by the force sensors, under the best known feet, world frame, m."""
 
     @property
@@ -140,9 +99,11 @@ class BalanceEstimator:
     def _begin(self) -> None:
         self._odometry: Odometry | None = None
         self._contact = ContactEstimator(ContactParameters())
-        self._walk_frame: Foothold | None = None
+        self._walk_frame: Pose2D | None = None
         self._stood_on: list[Side] = []
-        self._com = {True: ComEstimator(), False: ComEstimator()}
+        self._velocity = {True: SmoothedRate(SMOOTHING), False: SmoothedRate(SMOOTHING)}
+        """Velocity of the centre of mass: by the truth (True), by the sensors (False)."""
+        self._times = {True: math.nan, False: math.nan}
         self._seq = -1
 
     def update(self, cycle: Cycle) -> Balance:
@@ -153,7 +114,7 @@ class BalanceEstimator:
         self._seq = frame.seq
         true = true_pose(self.kinematics, cycle.truth) if cycle.truth is not None else None
         if self._odometry is None:
-            start = middle_of_soles(self.kinematics, true) if true else Foothold()
+            start = middle_of_soles(self.kinematics, true) if true else Pose2D()
             self._odometry = Odometry(self.kinematics, start, GyroscopeHeading.of(self.body))
         sensed = self._sensed(frame, self._odometry.update(frame, self.ground))
         plan = self._plan(cycle.walk, true or sensed.robot) if cycle.walk is not None else None
@@ -164,25 +125,30 @@ class BalanceEstimator:
     def _sensed(self, frame: SensorFrame, robot: RobotPose) -> Stand:
         contacts = self._contact.update(frame.fsr)
         zmp = self._felt(frame, robot, contacts)
-        com = self._com[False].update(frame.time, robot.com)
-        return self._stand(robot, contacts, zmp, com, self._cells)
+        return self._stand(robot, contacts, zmp, self._com(False, frame.time, robot.com), self._cells)
 
-    def _felt(self, frame: SensorFrame, robot: RobotPose, contacts: Contacts) -> Point | None:
+    def _com(self, true: bool, time: float, place: Array) -> tuple[Vec2, Vec2]:
+        """Centre of mass and its velocity, x and y, world frame, m and m/s."""
+        before, self._times[true] = self._times[true], time
+        (x, y, _), (v_x, v_y, _) = place.tolist(), self._velocity[true].update(place, time - before).tolist()
+        return (x, y), (v_x, v_y)
+
+    def _felt(self, frame: SensorFrame, robot: RobotPose, contacts: Contacts) -> Vec2 | None:
         feet = {side: robot.feet[side] for side in SIDES if contacts.of(side)}
         point = self._forces.zmp(frame.fsr, feet)
         return None if point is None else (float(point[0]), float(point[1]))
 
     def _true(self, truth: TruthFrame, robot: RobotPose) -> Stand:
         contacts = Contacts(truth.left.force[2] > LEAST_FORCE, truth.right.force[2] > LEAST_FORCE)
-        com = self._com[True].update(truth.time, np.array(truth.com))
+        com = self._com(True, truth.time, np.array(truth.com))
         return self._stand(robot, contacts, truth.zmp, com, self.kinematics.soles)
 
     def _stand(
         self,
         robot: RobotPose,
         contacts: Contacts,
-        zmp: Point | None,
-        com: ComState,
+        zmp: Vec2 | None,
+        com: tuple[Vec2, Vec2],
         bearing: dict[Side, Array],
     ) -> Stand:
         corners = [(bearing[s] @ robot.feet[s][:2].T) for s in SIDES if contacts.of(s)]
@@ -190,7 +156,8 @@ class BalanceEstimator:
         ground = min(float(self.kinematics.sole_in_world(s, robot.feet[s])[:, 2].min()) for s in SIDES)
         height = max(float(robot.com[2]) - ground, 0.01)
         margin = support.margin(zmp) if support is not None and zmp is not None else None
-        return Stand(robot, contacts, support, zmp, margin, com.capture_point(height))
+        capture = capture_point(*com, LinearPendulum(height).nu)
+        return Stand(robot, contacts, support, zmp, margin, capture)
 
     def _plan(self, walk: WalkTelemetry, robot: RobotPose) -> PlannedStand:
         poses: dict[Side, Pose] = {"L": walk.left, "R": walk.right}
@@ -204,22 +171,22 @@ class BalanceEstimator:
         if stepped:
             self._stood_on = standing
         at = self._walk_frame
-        soles = {side: Foothold(*at.point(*pose[:2]), at.yaw + pose[5]) for side, pose in poses.items()}
+        soles = {side: at.pose(Pose2D(*pose[:2], pose[5])) for side, pose in poses.items()}
         down = [self.sole_on_ground(side, soles[side]) for side in standing]
         zmp = at.point(*walk.zmp)
         margin = SupportPolygon(convex_hull(np.vstack(down))).margin(zmp) if down else None
         return PlannedStand(zmp, at.point(*walk.com), soles, lift, margin)
 
-    def _align(self, poses: dict[Side, Pose], sides: list[Side], robot: RobotPose) -> Foothold:
+    def _align(self, poses: dict[Side, Pose], sides: list[Side], robot: RobotPose) -> Pose2D:
         """The walk frame in the world, in which some planned feet are in the middle where the robot's are."""
         *planned, turn = np.mean([[poses[side][i] for i in (0, 1, 5)] for side in sides], axis=0)
         x, y = np.mean([robot.feet[side][:2, 3] for side in sides], axis=0)
         one = heading(robot.feet[sides[0]])
         now = one if len(sides) == 1 else middle_of_soles(self.kinematics, robot).yaw
-        back = Foothold(yaw=now - turn).point(*planned)
-        return Foothold(float(x) - back[0], float(y) - back[1], float(now - turn))
+        back = Pose2D(yaw=now - turn).point(*planned)
+        return Pose2D(float(x) - back[0], float(y) - back[1], float(now - turn))
 
-    def sole_on_ground(self, side: Side, at: Foothold) -> Array:
+    def sole_on_ground(self, side: Side, at: Pose2D) -> Array:
         """Corners of a sole that lies at a pose on the ground, shape (n, 2), m."""
         corners: Array = (self.kinematics.soles[side] @ on_ground(at).T)[:, :2]
         return corners

@@ -12,11 +12,10 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 
 from bridge.body.fall import has_fallen
-from bridge.body.joints import JOINTS
+from bridge.body.joints import JOINTS, LEGS
 from bridge.messages.frames import ORDER
 from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, Stand
-from nao_hil.runs.track import LEG_COLUMNS
 from nao_hil.runs.walk_figures import FallWatch
 
 Kind = Literal["world", "order", "limp", "missed", "zmp", "slip", "late", "early", "tilt", "fall"]
@@ -167,7 +166,7 @@ class Symptoms:
         self._early: dict[Side, LastingSign] = {side: LastingSign(EARLY_TIME) for side in SIDES}
         self._flown: dict[Side, bool] = {side: False for side in SIDES}
         self._tilt, self._pause = LastingSign(0.0), LastingSign(0.0)
-        self._limp = {slot: LastingSign(0.0) for slot in LEG_COLUMNS}
+        self._limp = {slot: LastingSign(0.0) for slot in LEGS}
         self._watch = FallWatch()
         self._missed: list[tuple[float, int]] = []
         self._lies = False

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bridge.body.joints import INDEX, JOINTS, LEG_SLOTS
+from bridge.body.joints import INDEX, JOINTS, LEGS
 from nao_hil.analysis.plots.balance_figures import MM
 from nao_hil.analysis.plots.time_axes import legend_above, mark_phases, plot_line, time_axes, walk_time
 from nao_hil.runs.run import Run
@@ -112,10 +112,9 @@ def _leg_axes(run: Run, figure: Figure) -> list[tuple[Axes, int]]:
 def current(run: Run, figure: Figure) -> None:
     """Currents and temperatures of the legs."""
     axes = time_axes(run, figure, ("current, A", "temperature, °C"))
-    slots = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
     for ax, field in zip(axes, ("current", "temperature"), strict=True):
         values = run["sensors"][field]
-        for slot in slots:
+        for slot in LEGS:
             name = JOINTS[slot]
             style = {"color": f"C{_COLOURS.index(name[1:])}", "ls": "-" if name[0] == "L" else "--"}
             plot_line(ax, run["sensors"]["time"], values[:, slot], name, lw=0.6, **style)

@@ -122,7 +122,7 @@ class Cycle:
 
     def __init__(self, p: HuangParameters, body: Body, arms: dict[str, float], dt: float = SAMPLE_TIME) -> None:
         check_bounds(p)
-        self.p, self.bodies = p, Bodies(body, arms)
+        self.p, self.body, self.bodies = p, body, Bodies(body, arms)
         self.times: Array = np.arange(0.0, p.T_c - 1e-9, dt).astype(np.float64)
         shape = FootShape.of(body)
         self.rear = FootPath(p, shape, Placement(0.0), Placement(2.0 * p.D_s))

@@ -12,13 +12,17 @@ import warnings
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+import msgspec
 import numpy as np
 from scipy.optimize import minimize
 
+from bridge.errors import ConfigurationError
 from bridge.types import Array
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.motions import Linear, Sampled, sample_x, sample_y
 from nao_hil.design.huang.table import ZmpTable
+from walker.gaits.catalogue import check_walkable
+from walker.gaits.huang import HuangGait
 from walker.gaits.huang.hip import Choice
 from walker.gaits.huang.parameters import HuangParameters
 from walker.gaits.huang.spline import even
@@ -65,8 +69,8 @@ def tabulated(cycle: Cycle, choice: Choice, axis: str, motions: Linear, axes: tu
 def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
     """A choice of all four numbers with no less margin, by sequential quadratic programming.
 
-    It maximises the m that no moment's margin is less than. x of the ZMP is tabulated at the choice's y, and y
-    at its x.
+    It maximises the m that no moment's margin is less than. Each table moves both coordinates of the ZMP, one
+    pair at a time; the changes by the two pairs add up, which is exact where one pair moves alone.
 
     Args:
         cycle: body and parameters.
@@ -82,11 +86,18 @@ def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
     )
     limits = [(float(axis[0]), float(axis[-1])) for pair in pairs for axis in pair]
 
+    def moved(choices: Array) -> tuple[Array, Array]:
+        """ZMP by each table, shapes (x y, times, choices), from choices of shape (choices, 4)."""
+        by_x = np.array(tables[0].zmp(motions[0].at(choices[:, 0], choices[:, 1])))
+        return by_x, np.array(tables[1].zmp(motions[1].at(choices[:, 2], choices[:, 3])))
+
+    start = np.array(choice)
+    middle = 0.5 * sum(moved(start[None]))
+
     def margins(choices: Array) -> Array:
-        """Margins of all moments, shape (times, choices), from choices of shape (choices, 4)."""
-        x, _ = tables[0].zmp(motions[0].at(choices[:, 0], choices[:, 1]))
-        _, y = tables[1].zmp(motions[1].at(choices[:, 2], choices[:, 3]))
-        return cycle.support.margins(x, y)
+        """Margins of all moments, shape (times, choices)."""
+        by_x, by_y = moved(choices)
+        return cycle.support.margins(*(by_x + by_y - middle))
 
     # Unknowns v: the four numbers and m, all in mm, so that steps and tolerances of the method fit.
     def room(v: Array) -> Array:
@@ -95,8 +106,7 @@ def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
 
     def slopes(v: Array) -> Array:
         step = 1e-3
-        moved = 1e-3 * (v[:4] + step * np.vstack((np.eye(4), -np.eye(4))))
-        moved_margins = 1e3 * margins(moved)
+        moved_margins = 1e3 * margins(1e-3 * (v[:4] + step * np.vstack((np.eye(4), -np.eye(4)))))
         by_choice = (moved_margins[:, :4] - moved_margins[:, 4:]) / (2.0 * step)
         return np.column_stack((by_choice, np.full(len(by_choice), -1.0)))
 
@@ -106,7 +116,6 @@ def refined(cycle: Cycle, choice: Choice, grid: int) -> Choice:
     def steepest(v: Array) -> Array:
         return -np.append(MEAN_WEIGHT * slopes(v)[:, :4].mean(axis=0), 1.0)
 
-    start = np.array(choice)
     begin = np.append(1e3 * start, 1e3 * float(margins(start[None]).min()))
     with warnings.catch_warnings():
         # Its steps leave the bounds by a rounding error.
@@ -190,7 +199,28 @@ def search(cycle: Cycle, grid: int = GRID, progress: Progress = lambda _: None) 
         before, choice = choice, refined(cycle, choice, grid)
         if choice == before:
             break
+    choice = walkable(cycle, choice)
     return CyclePlan(choice, cycle.margin(choice))
+
+
+def walkable(cycle: Cycle, choice: Choice) -> Choice:
+    """The first choice that the joints' ranges allow from a choice to the middle of bound (11).
+
+    The margin knows no joint; of a V4 and later the optimum asks half a degree too much of an ankle. Where the
+    ranges allow none of them, the choice itself.
+    """
+    p = cycle.p
+    middle = choice._replace(
+        x_sd=0.25 * p.D_s if p.x_sd is None else p.x_sd, x_ed=0.25 * p.D_s if p.x_ed is None else p.x_ed
+    )
+    for part in np.linspace(0.0, 1.0, 21):
+        tried = Choice(*(np.array(choice) + part * np.subtract(middle, choice)).tolist())
+        try:
+            check_walkable(cycle.body, HuangGait(msgspec.structs.replace(p, **tried._asdict()), cycle.body))
+        except ConfigurationError:
+            continue
+        return tried
+    return choice
 
 
 def along(cycle: Cycle, choice: Choice, grid: int = GRID) -> tuple[Choice, MarginGrid]:

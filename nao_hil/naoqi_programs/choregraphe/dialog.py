@@ -4,35 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from bridge.errors import ConfigurationError
 from bridge.files import read_limited
-from nao_hil.naoqi_programs.choregraphe.project import Box
+from nao_hil.naoqi_programs.choregraphe.project import LiveBox
 
 MAX_SIZE = 1 << 20
 """bytes of a topic or of the list of them."""
 
 
-class RunningDialog(Protocol):
-    """The box."""
-
-    player: Any
-    box: Box
-
-    def emit(self, output: str, value: Any = None) -> None:
-        """Leave the box through an output."""
-
-
 class DialogBox:
-    """In the place of a script: Choregraphe makes one for each dialogue.
+    """In the place of a script: Choregraphe makes one for each dialogue."""
 
-    Args:
-        running: the box.
-    """
-
-    def __init__(self, running: RunningDialog) -> None:
+    def __init__(self, running: LiveBox) -> None:
         self._running, self._player = running, running.player
         self._name = f"choregraphe {id(self)}"
         self._topics: list[str] = []
@@ -41,7 +28,7 @@ class DialogBox:
     def onLoad(self) -> None:
         """Listen to the variables of the outputs."""
         for output in self._running.box.outputs.values():
-            self._player.subscribe(output, lambda value, output=output: self._set(output, value))
+            self._player.subscribe(output, partial(self._set, output))
         self._player.subscribe("Dialog/Answered", lambda _: None)  # a conversation is something that runs
 
     def _set(self, output: str, value: Any) -> None:

@@ -43,7 +43,6 @@ class ServiceManager:
     """`ALServiceManager` of the project; a service is named with or without its package before it.
 
     Args:
-        player: of the behaviour, whose run lasts as long as a service.
         project: folder with `manifest.xml`.
     """
 

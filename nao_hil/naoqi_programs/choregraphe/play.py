@@ -35,8 +35,6 @@ class BehaviorManager:
     """`ALBehaviorManager` of a robot on which the project is installed; other behaviours are the robot's.
 
     Args:
-        player: plays the named behaviour.
-        project: folder.
         idle: time without anything running after which a behaviour ends, s.
     """
 
@@ -138,7 +136,6 @@ def make_player(session: Any, folder: Path, idle: float = IDLE, own: dict[str, A
 
     Args:
         session: qi's.
-        folder: of the behaviour or the program.
         idle: time without anything running after which a behaviour ends, s.
         own: services that the player has in the robot's place, by name; `ALFrameManager` is added.
     """

@@ -35,10 +35,7 @@ class Player:
 
     Args:
         services: a service of the robot by its name; raises RuntimeError.
-        names: globals of scripts.
         session: result of `self.session()` in scripts.
-        folder: of the behaviour, with its resources.
-        register: offers an object as a service of the session under a name.
     """
 
     def __init__(
@@ -204,8 +201,6 @@ class RunningBox:
     """A box that the flow has reached.
 
     Args:
-        player: plays it.
-        box: its description.
         emit: called with the name and the value of each output.
         parent: box around it; None: it is the outermost.
     """

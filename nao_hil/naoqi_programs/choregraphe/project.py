@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from bridge.errors import ConfigurationError
 from bridge.files import read_limited
@@ -108,6 +108,28 @@ class Box:
                     f"the box {self.name} has no {unknown_name('frame', name, labels)}"
                 ) from None
         return labels[name]
+
+
+class LiveBox(Protocol):
+    """A box that is played, for its script, its timeline and its dialogue."""
+
+    player: Any
+    box: Box
+    parent: Any
+    timeline: Any
+    module_name: str
+
+    def emit(self, output: str, value: Any = None) -> None:
+        """Leave the box through an output."""
+
+    def parameter(self, name: str) -> Any:
+        """The value of a parameter."""
+
+    def enter(self, number: int) -> None:
+        """Load a diagram."""
+
+    def follow(self, number: int, source: int, output: str, value: Any) -> None:
+        """Stimulate inputs that an output is linked to."""
 
 
 def behaviours(path: Path) -> list[Path]:

@@ -7,32 +7,15 @@ import logging
 import time
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from bridge.errors import NaoHilError
-from nao_hil.naoqi_programs.choregraphe.project import Box, read_behaviour
-from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
+from nao_hil.naoqi_programs.choregraphe.project import Box, LiveBox, read_behaviour
 
 _GLOBAL_PROXIES: Final = ("ALMemory", "ALMotion", "ALLeds", "ALLogger", "ALSensors")
 """Proxies that every script has."""
 _RESOURCES: Final = ("waitResources", "waitForResources", "waitResourcesFree", "releaseResource", "tryAcquire")
 """Methods of a box's resources, which are always free."""
-
-
-class ScriptedBox(Protocol):
-    """The box of a script."""
-
-    player: Any
-    box: Box
-    parent: Any
-    timeline: Timeline | None
-    module_name: str
-
-    def emit(self, output: str, value: Any = None) -> None:
-        """Leave the box through an output."""
-
-    def parameter(self, name: str) -> Any:
-        """The value of a parameter."""
 
 
 def script_globals(own: dict[str, Any]) -> dict[str, Any]:
@@ -148,7 +131,7 @@ class FrameManager:
         raise RuntimeError(f"ALFrameManager.{name} is not offered: {offered} are.")
 
 
-def generated_class(running: ScriptedBox) -> type:
+def generated_class(running: LiveBox) -> type:
     """The class that a script's `MyClass` derives from."""
     box, player = running.box, running.player
 
@@ -201,7 +184,7 @@ class TimelineOfScript:
         box: the one whose timeline it is, or None.
     """
 
-    def __init__(self, running: ScriptedBox, box: ScriptedBox | None) -> None:
+    def __init__(self, running: LiveBox, box: LiveBox | None) -> None:
         self._running, self._box = running, box
 
     def go_to(self, frame: Any = None, plays: bool | None = None) -> None:
@@ -228,7 +211,7 @@ class TimelineOfScript:
         self.go_to(frame)
 
 
-def _timeline_methods(running: ScriptedBox) -> dict[str, Any]:
+def _timeline_methods(running: LiveBox) -> dict[str, Any]:
     """Methods that play the box's own timeline, and the one around it (`...Parent`)."""
     around = running.parent
     while around is not None and not around.box.timed and around.parent is not None:

@@ -5,38 +5,18 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
-from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Curve
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Curve, LiveBox
 
 _SHORTEST: Final = 0.04
 """s to the first key."""
 
 
-class TimedBox(Protocol):
-    """The box of a timeline."""
-
-    player: Any
-    box: Box
-
-    def emit(self, output: str, value: Any = None) -> None:
-        """Leave the box through an output."""
-
-    def enter(self, number: int) -> None:
-        """Load a diagram."""
-
-    def follow(self, number: int, source: int, output: str, value: Any) -> None:
-        """Stimulate inputs that an output is linked to."""
-
-
 class Timeline:
-    """Plays along the wall clock.
+    """Plays along the wall clock."""
 
-    Args:
-        running: the box that it is of.
-    """
-
-    def __init__(self, running: TimedBox) -> None:
+    def __init__(self, running: LiveBox) -> None:
         self._running, self._box = running, running.box
         self._changed = threading.Condition()
         self._order: tuple[float | None, bool] | None = None
@@ -75,7 +55,6 @@ class Timeline:
         """Play from a frame to the end, as scripts order on the way; the box is left at the end.
 
         Args:
-            frame: where it begins.
             signal: input and value that start it; the diagrams there receive them.
         """
         with self._changed:

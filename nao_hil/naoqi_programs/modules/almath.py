@@ -1,4 +1,4 @@
-# ruff: noqa: N801  the vendor's names
+# ruff: noqa: N801, N816  the vendor's names
 """The module `almath` of the vendor's Python SDK, as far as samples use it: poses, positions, transforms.
 
 Rotations are Rz(wz) Ry(wy) Rx(wx). Lengths in m, angles in rad.
@@ -183,11 +183,7 @@ class vectorPosition6D(_List):
 
 
 class Transform:
-    """A homogeneous transform; of 12 or 16 numbers row by row, or of a position.
-
-    Args:
-        values: nothing, a list, or x, y, z.
-    """
+    """A homogeneous transform; of 12 or 16 numbers row by row, or of a position."""
 
     def __init__(self, *values: Any) -> None:
         self.matrix = np.eye(4)
@@ -214,17 +210,17 @@ class Transform:
     @classmethod
     def fromRotX(cls, angle: float) -> Transform:
         """A turn about x."""
-        return cls.fromPosition(0.0, 0.0, 0.0, angle, 0.0, 0.0)
+        return cls.from3DRotation(angle, 0.0, 0.0)
 
     @classmethod
     def fromRotY(cls, angle: float) -> Transform:
         """A turn about y."""
-        return cls.fromPosition(0.0, 0.0, 0.0, 0.0, angle, 0.0)
+        return cls.from3DRotation(0.0, angle, 0.0)
 
     @classmethod
     def fromRotZ(cls, angle: float) -> Transform:
         """A turn about z."""
-        return cls.fromPosition(0.0, 0.0, 0.0, 0.0, 0.0, angle)
+        return cls.from3DRotation(0.0, 0.0, angle)
 
     @classmethod
     def from3DRotation(cls, wx: float, wy: float, wz: float) -> Transform:
@@ -277,37 +273,12 @@ class Transform:
 
 
 # as the vendor's wrapper names them, too
-Transform_fromRotX, Transform_fromRotY, Transform_fromRotZ = (
-    Transform.fromRotX,
-    Transform.fromRotY,
-    Transform.fromRotZ,
-)
-Transform_from3DRotation, Transform_fromPosition = Transform.from3DRotation, Transform.fromPosition
-
-
-def transformFromRotX(angle: float) -> Transform:
-    """A turn about x."""
-    return Transform.fromRotX(angle)
-
-
-def transformFromRotY(angle: float) -> Transform:
-    """A turn about y."""
-    return Transform.fromRotY(angle)
-
-
-def transformFromRotZ(angle: float) -> Transform:
-    """A turn about z."""
-    return Transform.fromRotZ(angle)
-
-
-def transformFrom3DRotation(wx: float, wy: float, wz: float) -> Transform:
-    """Turns about x, then y, then z."""
-    return Transform.from3DRotation(wx, wy, wz)
-
-
-def transformFromPosition(x: float, y: float, z: float, *angles: float) -> Transform:
-    """The transform of x, y, z, and of wx, wy, wz if given."""
-    return Transform.fromPosition(x, y, z, *angles)
+transformFromRotX = Transform_fromRotX = Transform.fromRotX
+transformFromRotY = Transform_fromRotY = Transform.fromRotY
+transformFromRotZ = Transform_fromRotZ = Transform.fromRotZ
+transformFrom3DRotation = Transform_from3DRotation = Transform.from3DRotation
+transformFromPosition = Transform_fromPosition = Transform.fromPosition
+transformInverse, areTransformsNear, pose2DInverse = Transform.inverse, Transform.isNear, Pose2D.inverse
 
 
 def transformFromPosition3D(position: Position3D) -> Transform:
@@ -365,21 +336,6 @@ def pose2DFromTransform(transform: Transform) -> Pose2D:
     return Pose2D(float(H[0, 3]), float(H[1, 3]), math.atan2(H[1, 0], H[0, 0]))
 
 
-def pose2DInverse(pose: Pose2D) -> Pose2D:
-    """The inverse of a pose."""
-    return pose.inverse()
-
-
-def transformInverse(transform: Transform) -> Transform:
-    """The inverse of a transform."""
-    return transform.inverse()
-
-
-def areTransformsNear(one: Transform, other: Transform, epsilon: float = 1e-4) -> bool:
-    """Whether each number of two transforms is within `epsilon`."""
-    return one.isNear(other, epsilon)
-
-
 def modulo2PI(angle: float) -> float:
     """The angle in (-pi, pi], rad."""
     return math.pi - (math.pi - angle) % math.tau
@@ -412,8 +368,6 @@ def avoidFootCollision(
 
     Args:
         lFootBox: corners of the left foot in its own frame, around it clockwise, m.
-        rFootBox: those of the right foot.
-        isLeftSupport: the left foot supports, and the right one moves.
         move: the step, in the frame of the support foot; changed.
     """
     fixed, moving = (lFootBox, rFootBox) if isLeftSupport else (rFootBox, lFootBox)

@@ -65,10 +65,6 @@ class _Post:
 class ALProxy:
     """A service of the robot; its methods are called as in the vendor's pages.
 
-    Args:
-        name: of the service.
-        address: without effect, as is the port: address and port, or a broker.
-
     Raises:
         RuntimeError: there is no such service.
     """
@@ -108,7 +104,6 @@ class ALBroker:
     """Connects the program's modules; one is enough.
 
     Args:
-        name: of the broker.
         address: without effect: own address and port, the robot's address and port.
     """
 

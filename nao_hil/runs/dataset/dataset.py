@@ -20,9 +20,9 @@ import pyarrow.parquet as pq
 from bridge.errors import ConfigurationError
 from nao_hil.files import atomic_path
 from nao_hil.runs.dataset.journal import Abandoned, Journal, rows_of
+from nao_hil.runs.run import Table
 from nao_hil.runs.store import Row, row
-from nao_hil.runs.track import WIDTH, Track
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import NO_TRACK, Walk, WalkOutcome
 
 PATTERN: Final = "part-*.parquet"
 _TYPES: Final = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
@@ -73,7 +73,6 @@ def _read(folder: Path, keys: Collection[str], columns: list[str] | None) -> pa.
 
 ROWS_PER_PART: Final = 5000
 """Rows of a part."""
-_EMPTY: Final = Track(np.zeros((0, WIDTH), dtype=np.float32))
 
 
 class Dataset:
@@ -167,20 +166,20 @@ class Dataset:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield
 
-    def _track(self, known: Row) -> Track | None:
+    def _track(self, known: Row) -> Table | None:
         if not known.track:
-            return _EMPTY
+            return NO_TRACK
         try:
             with self._track_file(known.key).open("rb") as file, np.load(file) as data:
-                return Track(data["rows"])
+                return Table({name: data[name] for name in NO_TRACK}, NO_TRACK.columns)
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
             return None
 
-    def _keep_track(self, key: str, track: Track) -> None:
+    def _keep_track(self, key: str, track: Table) -> None:
         path = self._track_file(key)
         path.parent.mkdir(exist_ok=True)
         with atomic_path(path) as temporary:
-            np.savez_compressed(temporary, rows=track.rows)
+            track.save(temporary)
 
     def _track_file(self, key: str) -> Path:
         return self._folder / "tracks" / f"{key}.npz"

@@ -188,6 +188,7 @@ class Live {
     for (const [name, button] of Object.entries(this.orders)) button.hidden = name === ALL ? names.length < 2 : name === "Arm" ? state.armed !== false : name !== "Emergency stop" && state.armed === false;
     const everywhere = live.gaits[state.gait] ?? true;
     this.everywhere = everywhere;
+    if (state.gait && ![...this.gait.options].some(({ value }) => value === state.gait)) this.gait.add(new Option(state.gait));
     this.velocity.show(state.velocity, everywhere);
     this.paused.textContent = state.paused ? "Resume" : "Pause";
     this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;

@@ -172,6 +172,7 @@ class Player {
     const fell = fall && this.time >= fall.time && this.time < (fall.until ?? Infinity);
     $("fell").hidden = !fell;
     if (fell) $("fell").textContent = verdict(fall);
+    Object.assign($("game"), { hidden: !moment.game, textContent: moment.game });
     $("live").setAttribute("aria-pressed", this.following);
   }
 

@@ -109,6 +109,16 @@ class Run {
     return this.header.phases[this.number(i, "phase")];
   }
 
+  // The league's game in words; empty: there is none.
+  game(i) {
+    const [state, own, other, left, ...penalties] = this.get(i, "game"), { header } = this, { states, penalties: words } = header.game;
+    if (Number.isNaN(state)) return "";
+    const names = [header.name || "penalty", ...header.others.map(({ name }) => name)], clock = Math.abs(left);
+    const penalized = penalties.map((n, robot) => (n > 0 ? `${names[robot]}: ${words[n]}` : "")).filter(Boolean);
+    const time = `${left < 0 ? "-" : ""}${Math.floor(clock / 60)}:${String(clock % 60).padStart(2, "0")}`;
+    return [states[state], `${own} : ${other}`, time, ...penalized].join(" · ");
+  }
+
   // Everything that is drawn of a time, between two rows.
   moment(t) {
     const i = this.row(t), k = Math.min(i + 1, this.count - 1);
@@ -121,6 +131,7 @@ class Run {
     return {
       row: i,
       others: header.others.map((other, n) => this.other(i, k, share, other, n)).filter(Boolean),
+      objects: header.objects.filter((object) => object.moves).map((_, n) => this.pose(i, k, share, "objects", n, 7)),
       position,
       torso: position.slice(torso, torso + 3),
       attitude: between("attitude"),
@@ -132,6 +143,7 @@ class Run {
       footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-MAX_PRINTS),
       step: this.number(i, "step"),
       phase: this.phase(i)?.name,
+      game: this.game(i),
     };
   }
 
@@ -143,15 +155,20 @@ class Run {
     return placed(this, moment.torso, turn, ({ joint }) => radians(`angle ${joint}`));
   }
 
-  // Another robot of the world between two rows; null: it is not known where it is.
-  other(i, k, share, { name, body }, n) {
-    const width = this.fields.others[1] / this.header.others.length;
-    const [a, b] = [i, k].map((row) => this.get(row, "others").subarray(n * width, (n + 1) * width));
+  // Number n of the poses in a field, between two rows, and the numbers after it; null: it is not known.
+  pose(i, k, share, name, n, width) {
+    const [a, b] = [i, k].map((row) => this.get(row, name).subarray(n * width, (n + 1) * width));
     if (Number.isNaN(a[0])) return null;
     const flip = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] < 0 ? -1 : 1; // of two quaternions of an attitude the nearer one
     const pose = Array.from(a, (x, m) => (Number.isNaN(b[m]) ? x : x + share * ((m > 2 && m < 7 ? flip : 1) * b[m] - x)));
-    const torso = pose.slice(0, 3), turn = pose.slice(3, 7), length = Math.hypot(...turn);
-    return { name, body, torso, ...placed(this.header.bodies[body], torso, turn.map((x) => x / length), ({ index }) => pose[7 + index]) };
+    const turn = pose.slice(3, 7), length = Math.hypot(...turn);
+    return { position: pose.slice(0, 3), attitude: turn.map((x) => x / length), rest: pose.slice(7) };
+  }
+
+  // Another robot of the world between two rows; null: it is not known where it is.
+  other(i, k, share, { name, body }, n) {
+    const pose = this.pose(i, k, share, "others", n, this.fields.others[1] / this.header.others.length);
+    return pose && { name, body, torso: pose.position, ...placed(this.header.bodies[body], pose.position, pose.attitude, ({ index }) => pose.rest[index]) };
   }
 }
 

@@ -331,6 +331,7 @@ class Scene {
     const { gl, canvas } = this, aspect = canvas.width / canvas.height;
     this.view = cameraMatrix(camera.eye, camera.aim, aspect);
     this.header = actors[0].run.header;
+    this.moving = actors[0].moment.objects;
     [this.middle, this.eye] = [camera.ground, camera.eye];
     this.shadows(actors);
     gl.viewport(0, 0, canvas.width, canvas.height);
@@ -440,8 +441,10 @@ class Scene {
   }
 
   objects(pass = 0) {
-    for (const object of this.header.objects) {
-      const { shape, size, colour } = object, { position, attitude } = objectPose(object);
+    for (const [n, object] of this.header.objects.entries()) {
+      const pose = object.moves ? this.moving[n] : objectPose(object); // the moving ones come first
+      if (!pose) continue;
+      const { shape, size, colour } = object, { position, attitude } = pose;
       if (shape === "ball") this.single(this.ball, position, attitude, size.map((edge) => 0.5 * edge), OWN_COLOURS, pass);
       else this.single(shape === "pole" ? this.cylinder : this.cube, position, attitude, size, [...colour.map((x) => x / 255), 1], pass);
     }

@@ -47,6 +47,8 @@ def test_quantities_change_what_they_name_and_nothing_else() -> None:
     assert slow is not None and slow.servo.delay == 0.05
     assert slow.sensors == nominal.sensors and slow.servo.backlash == nominal.servo.backlash
     loose = changed(WALK, "backlash", 2.0).wear
+    (other,) = changed(WALK, "neighbours", [{"at": [1.0, 0.0], "yaw": 180.0}]).neighbours
+    assert other.at == (1.0, 0.0) and other.yaw == 180.0 and other.velocity is None
     assert loose is not None and loose.servo.backlash.KneePitch == 2.0 * nominal.servo.backlash.KneePitch
 
 
@@ -66,6 +68,10 @@ def test_quantities_change_what_they_name_and_nothing_else() -> None:
         ("duration", "a", "duration: expected a number, got text"),
         ("duration", -1.0, "duration: expected a number > 0"),
         ("scenario", 3, "scenario: expected text, got a whole number"),
+        ("neighbours", [{"yaw": 90.0}], "neighbours.*at"),
+        ("neighbours", [{"at": [1.0, 0.0], "gait": "omnii"}], "neighbours.*gait.*omni"),
+        ("neighbours", [{"at": [1.0, 0.0], "robot": "nao-v9"}], "neighbours.*body.*nao-v6"),
+        ("neighbours", [{"at": [1.0, 0.0], "wear": "mine.toml"}], "neighbours.*wear"),
     ],
 )
 def test_a_quantity_that_is_none_is_one_sentence(name: str, value: object, sentence: str) -> None:
@@ -88,26 +94,29 @@ def test_the_walks_of_a_file_are_all_combinations_with_all_seeds(tmp_path: Path)
         (0.0, "nominal", 6),
     ]
     assert len(walks) == 12
+    file.write_text(FILE.replace("slope = [0, 2]", "slope = [2, 2.0]"))
+    with pytest.raises(ConfigurationError, match="slope has a value twice"):
+        load_campaign(file).cells()
 
 
 def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "slopes.toml"
-    file.write_text(FILE.replace("seeds = 3", "seeds = 2"))
+    file.write_text(FILE.replace("seeds = 3", "seeds = 1"))
     command = ["campaign", str(file), "--out", str(tmp_path / "out"), "--cluster", "inline", "--json"]
     found = []
     for _ in range(2):
         assert run(command) == 0
         found.append(json.loads(capsys.readouterr().out))
     assert found[0] == found[1]
-    assert found[0]["name"] == "slopes (only 2 of 20 seeds)"
+    assert found[0]["name"] == "slopes (only 1 of 20 seeds)"
     config = found[0]["config"]
-    assert (config["first_seed"], config["seeds"], config["axes"]["slope"]) == (5, 2, [0, 2])
+    assert (config["first_seed"], config["seeds"], config["axes"]["slope"]) == (5, 1, [0, 2])
     again = from_dict(config, "config", CampaignFile)
     same = [(point, with_engine(walk.config)) for point, walk in load_campaign(file).cells()]
     assert [(point, walk.config) for point, walk in again.cells()] == same
-    assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(2, 2)] * 4
+    assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(1, 1)] * 4
     compared = [(c["quantity"], c["value"], c["against"], c["at"]) for c in found[0]["comparisons"]]
     assert compared == [
         ("wear", "nominal", "ideal", {"slope": 0}),
@@ -115,11 +124,11 @@ def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
         ("slope", 2, 0, {"wear": "nominal"}),
         ("wear", "nominal", "ideal", {"slope": 2}),
     ]
-    assert [c["survived"]["both"] for c in found[0]["comparisons"]] == [2] * 4
+    assert [c["survived"]["both"] for c in found[0]["comparisons"]] == [1] * 4
     assert run([*command[:-1]]) == 0
     assert "In pairs, on the same seeds" in capsys.readouterr().out
     assert run(["results", "SELECT count(*) AS n FROM walks", str(tmp_path / "out"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["rows"] == [{"n": 8}]
+    assert json.loads(capsys.readouterr().out)["rows"] == [{"n": 4}]
 
 
 def cell(value: int, survived: dict[int, bool], speed: float) -> CampaignCell:

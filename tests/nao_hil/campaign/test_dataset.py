@@ -8,6 +8,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from itertools import takewhile
 from pathlib import Path
 
 import msgspec
@@ -18,28 +19,36 @@ import pytest
 from emulator.scenarios import load_scenario
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset, row
+from nao_hil.runs.run import Table
 from nao_hil.runs.store import key
-from nao_hil.runs.track import WIDTH, Track
-from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from nao_hil.runs.walk import NO_TRACK, Walk, WalkEnd, WalkOutcome
+from tests.made_walks import made_track
 
-TRACK = Track(np.arange(3 * WIDTH, dtype=np.float32).reshape(3, WIDTH))
-PUT_FOREVER = """
-import sys
+TRACK = made_track({"time": [0.01, 0.02, 0.03], "walk/telemetry.phase": ["start", "DSL", "SSL"]})
+WRITERS = """
+import os, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from test_dataset import outcome
 from nao_hil.runs.dataset import Dataset
-kept = Dataset(Path(sys.argv[1]), rows=7)
-for seed in range(100000):
-    kept.put(outcome(seed), 0.1)
-    print(seed, flush=True)
+for _ in sys.stdin:
+    pid = os.fork()  # a writer that need not import everything
+    if pid == 0:
+        print(os.getpid(), flush=True)
+        kept = Dataset(Path(sys.argv[1]), rows=7)
+        for seed in range(100000):
+            kept.put(outcome(seed), 0.1)
+            print(seed, flush=True)
+    os.waitpid(pid, 0)
+    print("killed", flush=True)
 """
+"""For each line, a process that puts walks until it is killed."""
 
 
-def outcome(seed: int, track: Track | None = None) -> WalkOutcome:
+def outcome(seed: int, track: Table | None = None) -> WalkOutcome:
     end = WalkEnd(ending="fell", time=1.5, roll=0.1, pitch=-0.2, steps=3, distance=0.25, tilt_max=0.3)
     task = Walk(name="a", config=RunConfig(seed=seed), duration=2.0, keep_track=track is not None)
-    return WalkOutcome(task, end, track or Track(np.zeros((0, WIDTH), dtype=np.float32)))
+    return WalkOutcome(task, end, NO_TRACK if track is None else track)
 
 
 def keys_on_disk(folder: Path) -> list[str]:
@@ -63,7 +72,8 @@ def test_what_was_put_is_found_in_the_journal_and_in_the_parts(tmp_path: Path, r
     kept.close()
     found = Dataset(tmp_path).find(asked)
     assert found.keys() == asked.keys()
-    np.testing.assert_array_equal(found[key(put[0].walk)].track.rows, TRACK.rows)
+    for name, values in found[key(put[0].walk)].track.items():
+        np.testing.assert_array_equal(values, TRACK[name])
     assert sorted(keys_on_disk(tmp_path)) == sorted(asked)
     assert not list((tmp_path / "journal").iterdir())
 
@@ -80,21 +90,20 @@ def test_a_walk_that_two_writers_put_has_one_row(tmp_path: Path) -> None:
 
 def test_a_writer_that_was_killed_loses_no_row_and_doubles_none(tmp_path: Path) -> None:
     folder, here = tmp_path / "walks", str(Path(__file__).parent)
-    for killed_after in (3, 8, 14):
-        child = subprocess.Popen(
-            [sys.executable, "-c", PUT_FOREVER, str(folder), here], stdout=subprocess.PIPE, text=True
-        )
-        assert child.stdout is not None
-        said = [int(child.stdout.readline()) for _ in range(killed_after)]
-        os.kill(child.pid, signal.SIGKILL)
-        rest = child.stdout.read().splitlines()
-        child.wait()
-        child.stdout.close()
-        last = int(rest[-1]) if rest else said[-1]
-        walks = [outcome(seed).walk for seed in range(last + 1)]
-        assert len(Dataset(folder).find({key(walk): walk for walk in walks})) == last + 1
-        on_disk = keys_on_disk(folder)
-        assert len(on_disk) == len(set(on_disk)) >= last + 1
+    words = [sys.executable, "-c", WRITERS, str(folder), here]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writers:
+        assert writers.stdin is not None and writers.stdout is not None
+        for killed_after in (3, 8, 14):
+            writers.stdin.write("\n")
+            writers.stdin.flush()
+            pid = int(writers.stdout.readline())
+            said = [int(writers.stdout.readline()) for _ in range(killed_after)]
+            os.kill(pid, signal.SIGKILL)
+            said += [int(line) for line in takewhile(lambda line: line != "killed\n", writers.stdout)]
+            walks = [outcome(seed).walk for seed in range(said[-1] + 1)]
+            assert len(Dataset(folder).find({key(walk): walk for walk in walks})) == len(walks)
+            on_disk = keys_on_disk(folder)
+            assert len(on_disk) == len(set(on_disk)) >= len(walks)
 
 
 def test_a_walk_whose_track_is_spoilt_is_not_found(tmp_path: Path) -> None:

@@ -61,8 +61,17 @@ def test_mistakes_are_one_sentence(folder: Path, tmp_path: Path) -> None:
         ask("SELECT hight FROM walks", folder)
     with pytest.raises(ConfigurationError, match="the query is empty"):
         ask("", folder)
+    with pytest.raises(ConfigurationError, match="only one SELECT"):
+        ask("SELECT 1; SELECT 2", folder)
     with pytest.raises(ConfigurationError, match="no walks are kept there"):
         ask("SELECT 1", tmp_path)
+    kept = Dataset(tmp_path / "walks")
+    kept.put(outcome(0, "nominal", "walked"), 0.5)
+    kept.close()
+    (part,) = (tmp_path / "walks").rglob("part-*.parquet")
+    part.write_bytes(part.read_bytes()[:100])
+    with pytest.raises(ConfigurationError, match=part.name):
+        ask("SELECT count(*) FROM walks", tmp_path)
 
 
 @pytest.mark.parametrize(

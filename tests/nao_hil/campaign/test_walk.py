@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.messages.world import PlaceBox
+from bridge.messages.world import PlaceObject
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from nao_hil.runs import campaign as campaign_module
@@ -17,6 +17,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.executors import RunFailed
+from nao_hil.runs.neighbours import Neighbour
 from nao_hil.runs.walk import Walk, WalkOutcome, _WalkObserver, walk
 from walker.switches import switch_changes
 
@@ -29,7 +30,10 @@ def bare(seed: int = 0, duration: float = 0.5, name: str = "test") -> Walk:
 
 
 def same(a: WalkOutcome, b: WalkOutcome) -> bool:
-    return a.end == b.end and np.array_equal(a.track.rows, b.track.rows, equal_nan=True)
+    return a.end == b.end and all(
+        np.array_equal(values, b.track[name], equal_nan=values.dtype.kind == "f")
+        for name, values in a.track.items()
+    )
 
 
 class Told:
@@ -54,13 +58,13 @@ def test_results_do_not_depend_on_workers_or_on_the_store(tmp_path: Path) -> Non
     here = walk(walks[0])
     with Campaign(tmp_path, cluster="inline") as campaign:
         one = campaign.walk(walks)
-    with Campaign(cluster="local:2") as campaign:
+    with Campaign(cluster="local:1") as campaign:
         two = campaign.walk(walks)
     told = Told()
     with Campaign(tmp_path, cluster="inline", progress=told) as campaign:
         kept = campaign.walk([*walks, *walks])
     assert [note.endswith("walked before") for note in told.notes] == [True] * 4
-    assert here.end.survived and len(here.track) == 50
+    assert here.end.survived and here.track.rows == 50
     assert same(here, one[0])
     for a, b, c in zip(one, two, kept, strict=False):
         assert same(a, b) and same(a, c)
@@ -87,7 +91,7 @@ def test_no_box_is_placed_into_a_robot_that_lies() -> None:
     push = StridePush(time=0.5, phase=None, impulse=8.0, direction=0.0)
     fall = Walk(name="pushed", config=RunConfig(engine="mujoco"), duration=5.0, pushes=(push,))
     fell = walk(fall).end
-    box = PlaceBox(name="box", size=(0.3, 0.3, 0.3), at=(0.0, 0.0), frame="robot")
+    box = PlaceObject(name="box", size=(0.3, 0.3, 0.3), at=(0.0, 0.0), frame="robot")
     assert walk(msgspec.structs.replace(fall, world_events=((fell.time + 0.2, box),))).end == fell
 
 
@@ -124,3 +128,23 @@ def test_a_walk_that_fails_names_its_configuration_and_ends_no_other(
     ):
         campaign.walk(walks)
     assert len(Dataset(tmp_path).find({store.key(task): task for task in walks})) == 2
+
+
+@pytest.mark.parametrize(("at", "passes"), [((0.3, 2.0), True), ((0.4, 0.0), False)])
+def test_a_neighbour_is_as_solid_as_a_wall_and_only_where_it_stands(
+    at: tuple[float, float], passes: bool
+) -> None:
+    config = RunConfig(engine="mujoco", robot="nao-v6", velocity=(0.2, 0.0, 0.0), seed=1)
+    task = Walk(name="beside", config=config, duration=4.0, keep_track=False, neighbours=(Neighbour(at=at),))
+    assert (walk(task).end.distance > 0.4) is passes
+
+
+def test_a_neighbour_walks_as_ordered_with_a_seed_of_its_own() -> None:
+    neighbour = Neighbour(at=(0.0, 0.6), velocity=(0.0, -0.1, 0.0))  # towards the one that stands
+    stands = RunConfig(engine="mujoco", robot="nao-v6", gait="omni")
+    pushed = Walk(
+        name="stands", config=stands, duration=6.0, keep_track=False, stand=True, neighbours=(neighbour,)
+    )
+    alone = msgspec.structs.replace(pushed, neighbours=())
+    assert walk(alone).end.tilt_max < 0.05 < walk(pushed).end.tilt_max
+    assert store.key(pushed) != store.key(alone)

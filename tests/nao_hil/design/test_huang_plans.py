@@ -9,7 +9,7 @@ from bridge.body import BODIES, load_body
 from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from nao_hil.design.huang.cycle import Cycle
-from nao_hil.design.huang.search import GRID, search
+from nao_hil.design.huang.search import along, search, walkable
 from walker.gaits import gait_parameters
 from walker.gaits.huang import HuangGait, HuangParameters
 from walker.gaits.huang.hip import PLANS, ShippedPlan, choice_of
@@ -24,9 +24,12 @@ def parameters(**changes: object) -> HuangParameters:
 
 @pytest.mark.parametrize("name", BODIES)
 def test_searched_anew_the_motion_is_the_shipped_one(name: str) -> None:
-    """The search ends in an optimisation, whose result differs a little between versions of SciPy.
+    """From another grid than `nao-hil plan` takes.
 
-    From any grid: one body is searched from another one than `nao-hil plan` takes.
+    The best point of a third one, walkable alike, has 0.4 mm more at most: where the range of an ankle cuts the
+    optimum off, the search steps back in steps of some tenths.
+
+    The search ends in an optimisation, whose result differs a little between versions of SciPy.
     """
     body = load_body(name)
     planned = load_toml(PLANS / f"{name}.toml", ShippedPlan)
@@ -34,13 +37,15 @@ def test_searched_anew_the_motion_is_the_shipped_one(name: str) -> None:
     inputs = msgspec.structs.replace(planned.parameters, x_sd=None, x_ed=None)
     assert inputs == parameters()
     cycle = Cycle(inputs, body, ARMS)
-    found = search(cycle, 25 if name == "nao-v3" else GRID)
-    assert choice_of(inputs, body) == pytest.approx(found.choice, abs=1e-4)
-    assert cycle.margin(choice_of(inputs, body)) == pytest.approx(found.margin, abs=5e-5)
+    shipped = choice_of(inputs, body)
+    found = search(cycle, 9)
+    assert shipped == pytest.approx(found.choice, abs=1e-4)
+    assert cycle.margin(shipped) == pytest.approx(found.margin, abs=5e-5)
+    optimum = walkable(cycle, along(cycle, shipped, 25)[0])
+    assert found.margin > cycle.margin(optimum) - 4e-4
 
 
-@pytest.mark.parametrize("name", ["nao-v3", "nao-v6"])
-@pytest.mark.parametrize("length", [0.02, 0.05])
+@pytest.mark.parametrize(("name", "length"), [("nao-v3", 0.02), ("nao-v6", 0.05)])
 def test_a_scaled_motion_has_the_margin_of_a_searched_one(name: str, length: float) -> None:
     body = load_body(name)
     cycle = Cycle(parameters(D_s=length), body, ARMS)

@@ -24,9 +24,8 @@ from nao_hil.experiments.obstacle import HEIGHT, board, heights, landing_force, 
 from nao_hil.experiments.torso_control import drift_claims, torso_claims
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
-from tests.made_walks import NO_TRACK, MadeCampaign, made_context, walk_end
+from tests.made_walks import NO_TRACK, MadeCampaign, made_context, made_track, walk_end
 from walker.parameters import controller_parameters
 from walker.switches import differing
 
@@ -115,39 +114,33 @@ def test_a_claim_is_judged_by_the_whole_interval(value: Any, low: float, high: f
 
 def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -> None:
     n = 400
-    rows = np.zeros((n, WIDTH), dtype=np.float32)
-    starts = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]), strict=False))
-    rows[:, starts["time"]] = 16.0 + 0.01 * np.arange(n)
-    rows[:, starts["phase"]] = PHASES.index("DSR")
-    rows[0:150, starts["phase"]] = PHASES.index("SSL")
-    rows[300:, starts["phase"]] = PHASES.index("SSL")
-    rows[:, starts["orientation"] + 3] = 1.0
-    force = starts["fsr"]
-    rows[50, force + 4] = 40.0  # before the plate
-    rows[120, force + 4 : force + 8] = 3.0  # the landing: four cells of 3 N
-    rows[130, force] = 45.0  # the other foot
-    rows[200, force + 4] = 30.0  # loading in double support
-    rows[310, force + 4] = 50.0  # the next single support
+    phase, fsr = np.full(n, "DSR"), np.zeros((n, 8))
+    phase[:150] = phase[300:] = "SSL"
+    fsr[50, 4] = 40.0  # before the plate
+    fsr[120, 4:] = 3.0  # the landing: four cells of 3 N
+    fsr[130, 0] = 45.0  # the other foot
+    fsr[200, 4] = 30.0  # loading in double support
+    fsr[310, 4] = 50.0  # the next single support
+    time = 16.0 + 0.01 * np.arange(n)
+    found = made_track({"time": time, "walk/telemetry.phase": phase, "sensors.fsr": fsr})
     result = ended(0, 45.0, fell=False)
-    assert landing_force(WalkOutcome(result.walk, result.end, Track(rows))) == pytest.approx(12.0)
+    assert landing_force(WalkOutcome(result.walk, result.end, found)) == pytest.approx(12.0)
     assert landing_force(result) is None
 
 
 def test_a_foot_steps_down_after_two_steps_on_the_board() -> None:
     """The torso is raised by as much as the right foot, at angles of 0 in all joints."""
     body = load_body("nao-v3")
-    rows = np.zeros((600, WIDTH), dtype=np.float32)
-    starts = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]), strict=False))
     legs = body.lengths
     straight = legs.HipOffsetZ + legs.ThighLength + legs.TibiaLength + legs.FootHeight
-    rows[:, starts["time"]] = 16.0 + 0.05 * np.arange(600)
-    rows[:, starts["orientation"] + 3] = 1.0
-    rows[:, starts["phase"]] = [PHASES.index("SSR" if k // 100 % 2 else "SSL") for k in range(600)]
+    torso, phase = np.zeros((600, 3)), ["SSR" if k // 100 % 2 else "SSL" for k in range(600)]
+    columns = {"time": 16.0 + 0.05 * np.arange(600), "walk/telemetry.phase": phase}
     for down in (400, 200):
         raised = np.where(np.arange(600) < down, HEIGHT, 0.0)
-        rows[:, starts["torso"] + 2] = straight + raised
+        torso[:, 2] = straight + raised
+        walked = made_track(columns | {"world/truth.torso_position": torso})
         result = ended(0, 45.0, fell=False)
-        found = heights(WalkOutcome(result.walk, result.end, Track(rows)), body)
+        found = heights(WalkOutcome(result.walk, result.end, walked), body)
         assert found == pytest.approx([HEIGHT if 100 * k < down else 0.0 for k in (1, 3, 5)], abs=1e-6)
         assert steps_down(found) is (down == 400)
     assert not steps_down(found[:2])

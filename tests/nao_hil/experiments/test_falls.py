@@ -69,9 +69,9 @@ def test_a_difficult_drop_stands_up_with_cool_motors(seed: int) -> None:
 BODY = load_body("nao-v3")
 
 
-@pytest.mark.parametrize(("seed", "wear"), [(11, "nominal"), (12, "ideal")])
-def test_the_robot_stays_a_physical_body_under_abuse(seed: int, wear: str) -> None:
-    result = run(10.0, seed=seed, body=BODY, wear=load_wear(wear))
+@pytest.mark.parametrize(("seed", "wear", "engine"), [(11, "nominal", "auto"), (12, "ideal", "mujoco")])
+def test_the_robot_stays_a_physical_body_under_abuse(seed: int, wear: str, engine: str) -> None:
+    result = run(10.0, seed=seed, body=BODY, wear=load_wear(wear), engine=engine)
     assert result["finite"]
     assert result["stop_excess_deg"] <= 1.0
     assert result["energy_rise_j"] <= 0.05

@@ -7,21 +7,22 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
+from nao_hil.experiments.conditions import growth_per_step, soles_in_world, zmp_margin
 from nao_hil.experiments.push_map import ThresholdSearch
 from nao_hil.experiments.terrain import ground_tasks
 from nao_hil.experiments.velocity import heading_velocity, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
-from nao_hil.runs.track import CHANNELS, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 from tests.frames import walk_telemetry
-from tests.made_walks import walk_end
+from tests.made_walks import made_track, walk_end
 from tests.measure.soak import punctuality
 
-STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
+V3 = load_body("nao-v3")
 
 
 def on_an_arc(velocity, duration=12.0, heading=0.7, odometry=1.0) -> WalkOutcome:
@@ -33,15 +34,16 @@ def on_an_arc(velocity, duration=12.0, heading=0.7, odometry=1.0) -> WalkOutcome
         middle = 0.5 * (yaw[i] + yaw[i - 1])
         x[i] = x[i - 1] + 0.01 * (math.cos(middle) * velocity[0] - math.sin(middle) * velocity[1])
         y[i] = y[i - 1] + 0.01 * (math.sin(middle) * velocity[0] + math.cos(middle) * velocity[1])
-    rows = np.zeros((len(time), WIDTH), dtype=np.float32)
-    rows[:, STARTS["time"]] = time
-    rows[:, STARTS["torso"]], rows[:, STARTS["torso"] + 1] = x, y
-    rows[:, STARTS["orientation"] + 2], rows[:, STARTS["orientation"] + 3] = np.sin(yaw / 2), np.cos(yaw / 2)
-    place = STARTS["place"]
-    rows[:, place], rows[:, place + 1], rows[:, place + 2] = odometry * x, odometry * y, yaw
-    return WalkOutcome(
-        Walk(name="", config=RunConfig(), duration=duration), walk_end(time=duration), Track(rows)
+    zero = np.zeros_like(time)
+    track = made_track(
+        {
+            "time": time,
+            "world/truth.torso_position": np.column_stack([x, y, zero]),
+            "world/truth.torso_orientation": np.column_stack([zero, zero, np.sin(yaw / 2), np.cos(yaw / 2)]),
+            "walk/telemetry.place": np.column_stack([odometry * x, odometry * y, yaw]),
+        }
     )
+    return WalkOutcome(Walk(name="", config=RunConfig(), duration=duration), walk_end(time=duration), track)
 
 
 def test_the_velocity_is_that_in_the_torsos_heading():
@@ -73,6 +75,34 @@ def test_a_threshold_is_found_by_few_trials(true):
         found.append(search.threshold.value)
     assert hits >= 36
     assert float(np.median(found)) == pytest.approx(true, rel=0.1)
+
+
+def test_the_margin_is_the_distance_to_the_nearest_edge_of_the_stance_sole() -> None:
+    outline = np.array(V3.foot.sole)
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    yaw = Rotation.from_euler("z", 0.7)
+    columns = {
+        "walk/telemetry.phase": ["SSL", "SSR", "DSL"],
+        "world/truth.torso_orientation": np.tile(yaw.as_quat(), (3, 1)),
+        "world/truth.torso_position": np.tile([1.0, 2.0, 0.3], (3, 1)),
+    }
+    places = []
+    for side, off in (("L", (high[0] - 0.02, 0.0)), ("R", (0.0, -(high[1] + 0.005)))):
+        sole = soles_in_world(V3, side, made_track(columns))[0]
+        places.append((sole @ np.array([*off, 0.0, 1.0]))[:2])
+    margin = zmp_margin(made_track(columns | {"world/truth.zmp": [*places, (0.0, 0.0)]}), V3)
+    assert margin[0] == pytest.approx(0.02, abs=1e-5)
+    assert margin[1] == pytest.approx(-0.005, abs=1e-5)
+    assert math.isnan(margin[2])
+    assert low[0] < 0.0 < high[0]
+
+
+def test_growth_is_the_slope_of_the_means_over_steps() -> None:
+    steps = np.repeat([0, 1, 2, 3], 50)
+    ripple = np.tile([1.0, -1.0], 100)
+    found = made_track({"walk/telemetry.step": steps})
+    assert growth_per_step(found, 0.7 * steps + ripple) == pytest.approx(0.7)
+    assert growth_per_step(made_track({"walk/telemetry.step": [0, 0, 1]}), np.zeros(3)) is None
 
 
 class Stage:

@@ -127,8 +127,8 @@ def test_without_torso_control_the_static_gait_pitches_further_with_every_step_u
         config = RunConfig(robot="nao-v3", engine="mujoco", gait="static", seed=seed, controller=controller)
         return walk(Walk(name=name, config=config, duration=seconds))
 
-    without = [walked("without", seed, 25.0) for seed in (500, 501, 502)]
-    assert sum(outcome.end.survived for outcome in without) <= 1
+    without = [walked("without", seed, 25.0) for seed in (500, 501)]
+    assert not any(outcome.end.survived for outcome in without)
     growth = float(np.median([drift_per_step(outcome) or 0.0 for outcome in without]))
     assert growth > 1.0  # deg per step, forward
     with_ = walked("with", 500, 15.0)

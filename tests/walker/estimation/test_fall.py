@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from bridge.body import load_body
-from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
 from tests.frames import standing_frame
+from tests.states import rigid_state
 from walker.estimation.contact import Contacts
 from walker.estimation.fall import FallDetector, FallParameters, FallPredictor, FallPredictorParameters
 from walker.gaits import gait_parameters, make_gait, standing_plan
@@ -33,7 +33,7 @@ INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
 def foreseen(ways, support="both", phase="stand", capture=None, plan=STAND):
     """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
     foresight, plan = (
-        FallPredictor(P, FloatingBase(BODY)),
+        FallPredictor(P),
         replace(plan, support=support, phase=phase, capture=capture),
     )
     for k in range(200):
@@ -41,7 +41,7 @@ def foreseen(ways, support="both", phase="stand", capture=None, plan=STAND):
         frame = standing_frame(
             k, position=ANGLES, gyroscope=(*rate, 0.0), accelerometer=(x, y, GRAVITY), angle=lean
         )
-        if foresight.update(frame, lean, plan, DT):
+        if foresight.update(frame, rigid_state(BODY, ANGLES, lean, frame.gyroscope), plan, DT):
             return k
     return None
 

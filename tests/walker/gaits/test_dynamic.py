@@ -194,7 +194,7 @@ def inside_hull(point: tuple[float, float], corners: Array) -> bool:
     return bool(gaps.max() <= math.pi + 1e-9)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(
     e_s1=st.floats(0.005, 0.05),
     ratio=st.floats(0.02, 0.95),

@@ -12,17 +12,17 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX
-from bridge.body.kinematics import FloatingBase
 from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
+from bridge.types import Vec2, Vec3
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from tests.frames import standing_frame
 from tests.policies import LEGS, sheet, write_policy
+from tests.states import rigid_state
 from walker.controller import Controller, WalkOrder
 from walker.estimation.contact import Contacts, SupportState
-from walker.estimator import BaseState
 from walker.gaits import dry_walk, gait_parameters, make_gait
 from walker.gaits.catalogue import gait_file
 from walker.gaits.gait import GaitCommand
@@ -47,10 +47,8 @@ def runner_of(gait: LearnedGait, cycle: float = CYCLE) -> PolicyRunner:
     return PolicyRunner(BODY, gait, controller_parameters(gait.name), cycle)
 
 
-def estimate(lean: tuple[float, float] = (0.0, 0.0)) -> Estimate:
-    base = FloatingBase(BODY)
-    pose = base.place(base.in_torso(POSTURES["StandInit"]), np.eye(4))
-    return Estimate(BaseState(pose, lean=lean), Contacts(True, False))
+def estimate(lean: Vec2 = (0.0, 0.0), rate: Vec3 = (0.0, 0.0, 0.0)) -> Estimate:
+    return Estimate(rigid_state(BODY, POSTURES["StandInit"], lean, rate), Contacts(True, False))
 
 
 class Spy:
@@ -115,7 +113,7 @@ def test_the_terms_are_the_measured_state_in_order_scaled_after_the_offset(tmp_p
         position=tuple(position), gyroscope=(0.0, 0.0, 1.0), fsr=(1.0,) * 4 + (2.0,) * 4, angle=(0.01, 0.02)
     )
     plan, _ = gait.step(gait.initial(), 0.0, GaitCommand(walk=True, velocity=(0.1, 0.1, 0.5)))
-    runner_of(gait).update(plan, SupportState("both"), estimate((roll, pitch)), frame, CYCLE)
+    runner_of(gait).update(plan, SupportState("both"), estimate((roll, pitch), frame.gyroscope), frame, CYCLE)
     # R = R_pitch R_roll; gravity in the torso is R^T (0, 0, -1), a turn about the torso's z is R (0, 0, 1)
     down = (math.sin(pitch), -math.sin(roll) * math.cos(pitch), -math.cos(roll) * math.cos(pitch))
     turned = (math.sin(pitch) * math.cos(roll), -math.sin(roll), math.cos(pitch) * math.cos(roll))
@@ -253,6 +251,32 @@ def test_a_policy_that_stands_carries_its_order_out(tmp_path: Path) -> None:
     assert controller.done and not fell
     assert (controller.state, controller.failure) == ("stand", "")
     assert controller.inference is not None and controller.inference.count == pytest.approx(300, abs=10)
+
+
+def test_a_network_that_fails_in_the_walk_is_a_failure_of_the_policy(tmp_path: Path) -> None:
+    """As an index that the observation makes: onnxruntime raises one of its own exceptions."""
+
+    class Broken:
+        def run(self, *_: Any) -> None:
+            raise RuntimeError("Gather: index 9 is out of bounds\nmore")
+
+    gait = gait_of(tmp_path, sheet())
+    gait.network._session = Broken()
+    runner, plan = runner_of(gait), gait.step(gait.initial(), 0.0, GaitCommand(walk=True))[0]
+    for seq in range(3):
+        angles, _ = runner.update(plan, SupportState("both"), estimate(), standing_frame(seq), CYCLE)
+    assert "Gather: index 9" in runner.failure and "\n" not in runner.failure
+    assert angles == pytest.approx(gait.default_pose)
+
+
+def test_the_default_pose_names_the_hip_joint_of_either_leg(tmp_path: Path) -> None:
+    """Both are one motor."""
+    poses = [
+        gait_of(tmp_path, sheet(default_pose={f"{side}HipYawPitch": -0.1})).default_pose for side in ("L", "R")
+    ]
+    assert poses[0] == poses[1] and poses[0][INDEX["LHipYawPitch"]] == -0.1
+    with pytest.raises(ConfigurationError, match="RHipYawPitch"):
+        gait_of(tmp_path, sheet(default_pose={"RHipYawPitch": 3.0}))
 
 
 def test_nan_ends_the_walk_in_a_stand(tmp_path: Path) -> None:

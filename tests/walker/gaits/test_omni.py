@@ -15,6 +15,7 @@ from scipy.optimize import linprog
 from bridge.body import BODIES, load_body
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
+from bridge.planar import Pose2D
 from walker.gaits import GaitCommand, dry_walk, gait_parameters, make_gait
 from walker.gaits.catalogue import check_walkable
 from walker.gaits.omni.footholds import (
@@ -23,7 +24,7 @@ from walker.gaits.omni.footholds import (
     rate_limited_velocity,
     transfer_weight,
 )
-from walker.gaits.plan import OTHER_SIDE, Feedback, Foothold
+from walker.gaits.plan import OTHER_SIDE, Feedback
 
 DT = 0.01
 P = gait_parameters("omni")
@@ -96,7 +97,7 @@ def test_walk_begins_and_ends_in_a_stand_without_jumps(command):
     assert first.phase == "start"
     assert last.left.z == last.right.z == 0.0
     assert last.left.yaw == pytest.approx(last.right.yaw, abs=1e-9)
-    apart = Foothold(last.right.x, last.right.y, last.right.yaw).local(last.left.x, last.left.y)
+    apart = Pose2D(last.right.x, last.right.y, last.right.yaw).local(last.left.x, last.left.y)
     assert apart == pytest.approx((0.0, P.l_FA), abs=1e-9)
     middle = last.middle.point(P.zmp_x, 0.0)
     assert last.com == pytest.approx(middle, abs=2e-3)
@@ -179,7 +180,7 @@ def _overlap(a, b):
 def test_feet_never_tread_on_each_other(command, side):
     """The soles' outlines of a foothold and the next one, at any velocity that is allowed."""
     inside = P.clipped(command)
-    stance = Foothold()
+    stance = Pose2D()
     landing = nominal_foothold(P, stance, side, inside)
     soles = []
     for foot, s in ((stance, OTHER_SIDE[side]), (landing, side)):
@@ -237,3 +238,24 @@ def test_foothold_follows_the_capture_point_and_the_walk_goes_on_from_there(turn
     a, b = plans[-1].middle, calm[-1].middle
     end = math.dist((a.x, a.y), (b.x, b.y))
     assert end == pytest.approx(moved, abs=4e-3)
+
+
+@pytest.mark.parametrize(("deviation", "follows"), [(0.01, False), (0.06, True)])
+def test_a_closing_step_follows_a_large_deviation_and_the_feet_are_closed_after_it(deviation, follows):
+    """A robot that is told to stop while it tilts would fall over a foot that is put down beside the other."""
+    gait = make_gait("omni", gait_parameters("omni", {"v_x": 0.1}), BODY)
+    omega = math.sqrt(GRAVITY / P.z)
+    state, plans, pushed = gait.initial(), [], 0
+    for _ in range(round(12.0 / DT)):
+        pushed = pushed or (state.kind == "closing" and state.step)
+        off = 0.0
+        if state.kind == "closing" and state.step == pushed:
+            off = deviation * math.exp(-omega * max(P.T - state.t, 0.0))
+        feedback = Feedback((0.0, -off if state.swing == "R" else off))  # outwards
+        plan, state = gait.step(state, DT, GaitCommand(state.step < 8 and not pushed, feedback=feedback))
+        plans.append(plan)
+    landed = next(plan for plan in plans if plan.step == pushed + 1)
+    assert (abs(math.dist(landed.left[:2], landed.right[:2]) - P.l_FA) > 0.01) == follows
+    assert plans[-1].phase == "stand" and plans[-1].step == pushed + 1 + follows
+    left, right = plans[-1].left, plans[-1].right
+    assert math.dist(left[:2], right[:2]) == pytest.approx(P.l_FA, abs=5e-3)

@@ -9,23 +9,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.errors import ConfigurationError
+from bridge.planar import Pose2D
 from walker.gaits import gait_parameters
 from walker.gaits.omni.footholds import rate_limited_velocity
 from walker.gaits.order import ARRIVAL_ANGLE, ARRIVAL_DISTANCE, Steering, WalkOrder, target_order
-from walker.gaits.plan import Foothold
 
 P = gait_parameters("omni")
-start = st.builds(Foothold, st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
+start = st.builds(Pose2D, st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
 
 
-def moved(here: Foothold, velocity, dt: float) -> Foothold:
+def moved(here: Pose2D, velocity, dt: float) -> Pose2D:
     """Along the arc of a constant velocity."""
     x, y, turn = (v * dt for v in velocity)
-    middle = Foothold(here.x, here.y, here.yaw + 0.5 * turn)
-    return Foothold(*middle.point(x, y), here.yaw + turn)
+    middle = Pose2D(here.x, here.y, here.yaw + 0.5 * turn)
+    return Pose2D(*middle.point(x, y), here.yaw + turn)
 
 
-def end(steering: Steering, here: Foothold, steps: int = 400) -> tuple[Foothold, int]:
+def end(steering: Steering, here: Pose2D, steps: int = 400) -> tuple[Pose2D, int]:
     """Where it arrives: the velocity changes from step to step, within the gait's accelerations."""
     velocity = (0.0, 0.0, 0.0)
     for step in range(steps):
@@ -40,7 +40,7 @@ def end(steering: Steering, here: Foothold, steps: int = 400) -> tuple[Foothold,
 @given(start, st.floats(0.3, 1.0))
 @settings(max_examples=60)
 def test_it_arrives_from_anywhere(begin, share):
-    goal = Foothold(0.4, -0.1, 1.0)
+    goal = Pose2D(0.4, -0.1, 1.0)
     there, _ = end(Steering(P, goal, share), begin)
     assert math.dist(there[:2], goal[:2]) <= ARRIVAL_DISTANCE
     assert abs(math.remainder(there.yaw - goal.yaw, math.tau)) <= ARRIVAL_ANGLE
@@ -48,7 +48,7 @@ def test_it_arrives_from_anywhere(begin, share):
 
 def test_a_walk_that_drifts_more_than_it_may_correct_ends_close_to_its_goal():
     """It passes 1.5 cm beside the goal, and each step moves it on by 5 mm that are not commanded."""
-    steering, here = Steering(P, Foothold(0.05, 0.015), share=0.02), Foothold()
+    steering, here = Steering(P, Pose2D(0.05, 0.015), share=0.02), Pose2D()
     for _ in range(60):
         if steering.arrived(here, here):
             break
@@ -60,10 +60,10 @@ def test_a_walk_that_drifts_more_than_it_may_correct_ends_close_to_its_goal():
 
 def test_a_long_way_is_walked_at_full_speed_and_the_short_rest_slowly():
     """Far off the speed is the limit's, near the goal that of a brake: v^2 = 2 a s at most."""
-    steering = Steering(P, Foothold(5.0))
-    assert steering.velocity(Foothold())[0] == pytest.approx(P.max_velocity[0])
+    steering = Steering(P, Pose2D(5.0))
+    assert steering.velocity(Pose2D())[0] == pytest.approx(P.max_velocity[0])
     for rest in (0.2, 0.1, 0.05):
-        assert steering.velocity(Foothold(5.0 - rest))[0] ** 2 <= 2.0 * P.max_acceleration[0] * rest
+        assert steering.velocity(Pose2D(5.0 - rest))[0] ** 2 <= 2.0 * P.max_acceleration[0] * rest
 
 
 def test_a_target_is_for_gaits_of_any_direction_and_as_fast_as_their_velocity():

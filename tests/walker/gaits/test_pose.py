@@ -11,7 +11,8 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree
-from walker.gaits import Foothold, Plan, SolePose, gait_parameters, make_gait, standing_plan
+from bridge.planar import Pose2D
+from walker.gaits import Plan, SolePose, gait_parameters, make_gait, standing_plan
 from walker.gaits.pose import PoseMaker
 
 BODY = load_body("nao-v3")
@@ -103,5 +104,5 @@ def test_feet_of_a_turning_step_stand_as_planned(
 def test_a_plan_that_is_turned_and_moved_as_a_whole_asks_for_the_same_joint_angles() -> None:
     plan = replace(yawed(STAND, 0.1, -0.05), com=(0.01, 0.02))
     pose = PoseMaker(BODY, STAND)
-    moved = plan.transformed(Foothold(1.2, -0.7, 2.0))
+    moved = plan.transformed(Pose2D(1.2, -0.7, 2.0))
     np.testing.assert_allclose(pose.unlimited_angles(moved), pose.unlimited_angles(plan), atol=1e-9)

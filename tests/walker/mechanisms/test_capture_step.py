@@ -16,10 +16,12 @@ from bridge.body.joints import INDEX, JOINTS
 from bridge.body.kinematics import CentreOfMass, FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
+from bridge.planar import Pose2D
 from tests.plans import supported_plan
+from tests.states import rigid_state
 from walker.estimation.contact import Contacts, SupportState
 from walker.gaits import GaitCommand, gait_parameters, make_gait, standing_plan
-from walker.gaits.plan import CaptureStep, Feedback, Foothold, LandedFoot, SolePose
+from walker.gaits.plan import CaptureStep, Feedback, LandedFoot, SolePose
 from walker.gaits.pose import ARMS, PoseMaker
 from walker.mechanisms.capture_step import (
     BackwardStep,
@@ -27,8 +29,8 @@ from walker.mechanisms.capture_step import (
     CaptureEstimator,
     CaptureParameters,
     LandedFootBalance,
-    LandedFootEstimator,
     LandedFootParameters,
+    landed_foot,
 )
 from walker.mechanisms.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
 
@@ -45,7 +47,7 @@ LATENCY = 0.04
 def tips(pitch, rate, load=WEIGHT):
     """What a robot that is turned as a whole by `pitch` (rad) and turns at `rate` (rad/s) is taken for."""
     estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY)
-    return estimator.update(ANGLES, (0.0, pitch), (0.0, rate, 0.0), load, STAND, 0.01)
+    return estimator.update(rigid_state(BODY, ANGLES, (0.0, pitch), (0.0, rate, 0.0)), load, STAND, 0.01)
 
 
 @pytest.mark.parametrize(("pitch", "edge"), [(0.1, TOE), (-0.1, HEEL)])
@@ -78,10 +80,8 @@ def test_no_capture_step_follows_a_step_of_the_walk_before_its_foot_has_come_to_
     estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY)
     swing = replace(STAND, phase="SSL", support="L", capture=capture)
     landed = replace(STAND, phase="stop", capture=capture)
-    found = [
-        estimator.update(ANGLES, (0.0, -0.2), (0.0, -1.0, 0.0), WEIGHT, plan, 0.01) is not None
-        for plan in [swing, *[landed] * 20]
-    ]
+    state = rigid_state(BODY, ANGLES, (0.0, -0.2), (0.0, -1.0, 0.0))
+    found = [estimator.update(state, WEIGHT, plan, 0.01) is not None for plan in [swing, *[landed] * 20]]
     cycles = 1 if capture else 1 + math.ceil(CaptureParameters().min_time_after_step / 0.01)
     assert found.index(True) == pytest.approx(cycles, abs=1)
     assert all(found[found.index(True) :])
@@ -112,7 +112,7 @@ def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_clos
     assert abs(landed.left.y - landed.right.y) == pytest.approx(P.l_FA - inset, abs=0.02)
     highest = max(max(plan.left.z, plan.right.z) for plan in plans if plan.step == 0)
     assert highest == pytest.approx(P.backward_capture_lift if edge == HEEL else P.l_lift, rel=0.05)
-    turned = Foothold(0.3, -0.2, 2.5)  # where the walk began does not matter
+    turned = Pose2D(0.3, -0.2, 2.5)  # where the walk began does not matter
     backward = [
         plan.transformed(turned).captures_backward
         for plan in plans
@@ -307,9 +307,9 @@ def test_the_capture_point_of_a_rigid_robot_on_one_sole(roll, rate):
     middle = FloatingBase(BODY).centres["L"][1]
     r_y = y - STAND.left.y - middle
     r_z = z + STAND.hip_height + BODY.lengths.HipOffsetZ
-    found = LandedFootEstimator(CaptureParameters(), FloatingBase(BODY), LATENCY).update(
-        angles, (roll, 0.0), (rate, 0.0, 0.0), replace(STAND, phase="stop", support="both", capture="L"), DT
-    )
+    landed = replace(STAND, phase="stop", support="both", capture="L")
+    state = rigid_state(BODY, angles, (roll, 0.0), (rate, 0.0, 0.0))
+    found = landed_foot(state, landed, FloatingBase(BODY), LATENCY)
     at = r_y * math.cos(roll) - r_z * math.sin(roll) + middle
     speed = -rate * (r_z * math.cos(roll) + r_y * math.sin(roll))
     assert found is not None and STAND.pendulum is not None

@@ -12,6 +12,7 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import LEG_SLOTS
 from bridge.body.kinematics import CentreOfMass, FloatingBase, foot_in_torso
+from tests.states import rigid_state
 from walker.gaits import dry_walk, gait_parameters, make_gait, standing_plan
 from walker.gaits.pose import PoseMaker
 from walker.mechanisms.foothold_feedback import DeviationEstimator, DeviationParameters
@@ -39,7 +40,7 @@ def follow(velocity, ahead=None, cycles=960, parameters=SHIPPED):
         then = plans[max(k - LATE, 0)]
         x = ahead(k) if ahead else 0.0
         angles = pose.unlimited_angles(replace(then, com=(then.com[0] + x, then.com[1])))
-        found.append((plan, estimator.update(angles, (0.0, 0.0), plan, DT)))
+        found.append((plan, estimator.update(rigid_state(BODY, angles).com, plan, DT)))
     return found
 
 

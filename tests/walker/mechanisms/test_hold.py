@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
+from bridge.planar import Pose2D
 from tests.loops import repeat_while
 from walker.gaits import GaitCommand, gait_parameters, make_gait
 from walker.gaits.order import WalkOrder, WalkPlanner
-from walker.gaits.plan import Feedback, Foothold
+from walker.gaits.plan import Feedback
 from walker.mechanisms.hold import HeadingError, VelocityHold, VelocityHoldParameters
 
 BODY = load_body("nao-v6")
@@ -85,7 +86,7 @@ def slipped(command, slip, steps=60, *, hold=HOLD):
     """
     gait = make_gait("omni", P, BODY)
     learner, state, feedback = VelocityHold(hold), gait.initial(), Feedback()
-    slipped, last, step = (0.0, 0.0), Foothold(), 0
+    slipped, last, step = (0.0, 0.0), Pose2D(), 0
     way = [0.0, 0.0]
     for _ in range(round((steps + 10) * P.T / DT)):
         plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=command, feedback=feedback))
@@ -94,8 +95,8 @@ def slipped(command, slip, steps=60, *, hold=HOLD):
         middle, counts = plan.middle, step >= steps - 8
         if plan.step > step:
             step = plan.step
-            slipped = Foothold(*slipped, middle.yaw).point(*slip)
-        here = Foothold(middle.x + slipped[0], middle.y + slipped[1], middle.yaw)
+            slipped = Pose2D(*slipped, middle.yaw).point(*slip)
+        here = Pose2D(middle.x + slipped[0], middle.y + slipped[1], middle.yaw)
         if counts:
             for axis, moved in enumerate(last._replace(yaw=0.5 * (last.yaw + here.yaw)).local(here.x, here.y)):
                 way[axis] += moved
@@ -126,10 +127,10 @@ def test_a_stand_forgets_it():
     state = gait.initial()
     for n in range(400):
         plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.1, 0.0, 0.0)))
-        found = learner.update(Foothold(0.2 * n * DT), plan, DT)
+        found = learner.update(Pose2D(0.2 * n * DT), plan, DT)
     assert found[0] < -0.01
     standing, _ = gait.step(gait.initial(), DT, GaitCommand(walk=False))
-    assert learner.update(Foothold(), standing, DT) == (0.0, 0.0)
+    assert learner.update(Pose2D(), standing, DT) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("target", "same"), [((0.5, 0.0, 0.0), True), (None, False)])

@@ -59,7 +59,7 @@ class Footholds:
         return Placement(x, ground.at(x, self._sides(y)), ground.slope)
 
     def next(self, stance: float, y: float) -> Placement:
-        """Foothold of the swing foot ahead of a stance foot.
+        """Pose2D of the swing foot ahead of a stance foot.
 
         Args:
             stance: x of the stance foot, m.

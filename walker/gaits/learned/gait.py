@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from bridge.body import Body
-from bridge.body.joints import INDEX, LEG_SLOTS
+from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, LEG_SLOTS
 from bridge.body.kinematics import CentreOfMass, sole_in_torso
 from bridge.errors import ConfigurationError
+from bridge.planar import Pose2D
 from bridge.types import SIDES, Vec3
 from walker.functions import clip
 from walker.gaits.gait import GaitCommand
 from walker.gaits.learned.network import Network
 from walker.gaits.learned.parameters import LearnedParameters
-from walker.gaits.plan import Foothold, Phase, Plan, PolicyCommand, SolePose
+from walker.gaits.plan import Phase, Plan, PolicyCommand, SolePose
 
 _EPSILON: Final = 1e-9
 """s"""
@@ -31,13 +32,13 @@ class LearnedState(NamedTuple):
     time: float = 0.0
     """In the phase, s."""
     turns: float = 0.0
-    """Of the clock since its phase 0."""
+    """Turns of the clock since its phase 0."""
     amplitude: float = 0.0
-    """Of sine and cosine, 0..1."""
+    """Amplitude of sine and cosine, 0..1."""
     step: int = 0
     velocity: Vec3 = _REST
     """The command as the network gets it, m/s, m/s, rad/s."""
-    place: Foothold = Foothold()
+    place: Pose2D = Pose2D()
     """Where the command has led to."""
 
 
@@ -62,7 +63,8 @@ class LearnedGait:
         self.default_pose = parameters.pose
         """25 angles in frame order, rad."""
         for joint in parameters.default_pose:
-            sheet, angle = body.joints.get(joint), self.default_pose[INDEX[joint]]
+            slot = INDEX_WITH_MIRROR[joint]
+            sheet, angle = body.joints.get(JOINTS[slot]), self.default_pose[slot]
             if sheet is not None and not sheet.lower <= angle <= sheet.upper:
                 raise ConfigurationError(
                     f"gait {name}: default_pose.{joint} is {angle:g} rad; a {body.name} reaches "
@@ -104,7 +106,7 @@ class LearnedGait:
         v_x, v_y, w = (
             v + clip(g - v, -a * dt, a * dt) for v, g, a in zip(x.velocity, wanted, rates, strict=True)
         )
-        place = Foothold(*x.place.point(v_x * dt, v_y * dt), x.place.yaw + w * dt)
+        place = x.place.pose(Pose2D(v_x * dt, v_y * dt, w * dt))
         shrinks = stops and p.standing == "zero"
         amplitude = clip(x.amplitude + (-1.0 if shrinks else 1.0) * (dt / p.ramp if p.ramp else 1.0), 0.0, 1.0)
         turns = x.turns + dt / p.period
@@ -118,7 +120,7 @@ class LearnedGait:
 
     def _plan(self, x: LearnedState) -> Plan:
         (c_x, c_y), half = x.place.point(self._com, 0.0), self._half
-        left, right = (Foothold(*x.place.point(0.0, y), x.place.yaw) for y in (half, -half))
+        left, right = (x.place.pose(Pose2D(0.0, y)) for y in (half, -half))
         length = self.parameters.phase.stop_time if x.phase == "stop" else 0.5 * self.parameters.phase.period
         since = x.time if x.phase == "stop" else (2.0 * (x.turns - self.parameters.phase.start) % 1.0) * length
         return Plan(

@@ -28,11 +28,12 @@ class Network:
         outputs: numbers of the action.
 
     Raises:
-        ConfigurationError: onnxruntime is not installed, or the file is missing, is no network, or has other
-            sizes.
+        ConfigurationError: onnxruntime is not installed, or the file is missing, is no network, has other
+            sizes, or fails at zeros.
     """
 
     def __init__(self, path: Path, inputs: int, outputs: int) -> None:
+        self._path = path
         self._session = _session(read_limited(path, MAX_SIZE, "give the network of the policy (.onnx)"), path)
         self.times = DurationHistogram()
         """Wall time of each call, s."""
@@ -52,10 +53,18 @@ class Network:
 
     def _run(self, observation: Array) -> Array:
         values = observation.astype(np.float32).reshape(self._shape)
-        return np.asarray(self._session.run([self._given], {self._name: values})[0], dtype=np.float64).ravel()
+        try:
+            found = self._session.run([self._given], {self._name: values})[0]
+        except Exception as error:  # the runtime has classes of its own for each kind of failure
+            raise ConfigurationError(f"{self._path}: the network fails ({_first_line(error)}).") from None
+        return np.asarray(found, dtype=np.float64).ravel()
 
     def __call__(self, observation: Array) -> Array:
-        """Outputs for an observation, both flat."""
+        """Outputs for an observation, both flat.
+
+        Raises:
+            ConfigurationError: the network fails.
+        """
         began = time.perf_counter()
         found = self._run(observation)
         self.times.add(time.perf_counter() - began)
@@ -83,5 +92,9 @@ def _session(data: bytes, path: Path) -> Any:
     try:
         return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # the runtime has classes of its own for each kind of damage
-        reason = str(error).strip().splitlines()[0]
+        reason = _first_line(error)
         raise ConfigurationError(f"{path}: is no network that onnxruntime can load ({reason}).") from None
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().split("\n", 1)[0]

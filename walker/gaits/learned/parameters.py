@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 
-from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
+from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.postures import POSTURES
 from bridge.types import Finite, Fraction, NotNegative, Positive, Vec3
 from bridge.validation import unknown_name
@@ -70,7 +70,7 @@ class ObservationTerm(_Part, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     term: Term
     joints: tuple[str, ...] = ()
-    """Of `joint_position` and `joint_velocity`, in the policy's order; empty: those of the actions."""
+    """Joints of `joint_position` and `joint_velocity`, in the policy's order; empty: those of the actions."""
     relative: bool = True
     """Joint positions count from the default pose."""
     frame: Literal["torso", "heading"] = "torso"
@@ -153,8 +153,8 @@ class CommandRanges(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 class PhaseClock(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The clock of a walk; without the terms `gait_phase_...` it only counts steps."""
 
-    period: Positive
-    """Of two steps, s."""
+    period: Annotated[float, msgspec.Meta(ge=0.1)]
+    """Duration of two steps, s."""
     start: Annotated[float, msgspec.Meta(ge=0.0, lt=1.0)] = 0.0
     """Phase at which a walk begins, in turns."""
     ramp: NotNegative = 0.0
@@ -206,7 +206,7 @@ class LearnedParameters(
             each._check(self.size(each), each.term)
 
     def __hash__(self) -> int:
-        """Of a struct with a table, which has none of its own."""
+        """Hash of its contents: msgspec gives none to a struct that holds a table."""
         return hash(msgspec.json.encode(self))
 
     @property
@@ -232,8 +232,10 @@ class LearnedParameters(
     @property
     def pose(self) -> tuple[float, ...]:
         """The default pose, 25 angles in frame order, rad."""
-        named = dict(zip(JOINTS, POSTURES["StandInit"], strict=True)) | self.default_pose
-        return tuple(named[joint] for joint in JOINTS)
+        pose = list(POSTURES["StandInit"])
+        for joint, angle in self.default_pose.items():
+            pose[INDEX_WITH_MIRROR[joint]] = angle
+        return tuple(pose)
 
     @property
     def periodic_step(self) -> PeriodicStep:

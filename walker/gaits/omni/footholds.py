@@ -15,9 +15,10 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from bridge.planar import Pose2D
 from bridge.types import Side, Vec2, Vec3
 from walker.gaits.omni.parameters import OmniParameters
-from walker.gaits.plan import SIGN, Foothold
+from walker.gaits.plan import SIGN
 
 
 def rate_limited_velocity(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
@@ -41,7 +42,7 @@ def steps_to_rest(p: OmniParameters, velocity: Vec3) -> int:
     return max(math.ceil(abs(v) / (a * p.T) - 1e-9) for v, a in zip(velocity, p.max_deceleration, strict=True))
 
 
-def nominal_foothold(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) -> Foothold:
+def nominal_foothold(p: OmniParameters, stance: Pose2D, swing: Side, velocity: Vec3) -> Pose2D:
     """The next foothold of a walk at a constant velocity.
 
     Sideways the foot on that side makes the way of two steps and the other one follows, so that the feet
@@ -58,12 +59,12 @@ def nominal_foothold(p: OmniParameters, stance: Foothold, swing: Side, velocity:
     turn = 2.0 * yaw * p.T * (p.turn_share if yaw * sign > 0.0 else 1.0 - p.turn_share)
     half = 0.5 * sign * p.l_FA
     # The middle between the feet moves straight in the mean of its headings.
-    middle = Foothold(*stance.point(0.0, half), stance.yaw + 0.5 * turn)
-    middle = Foothold(*middle.point(x * p.T, way), stance.yaw + turn)
-    return Foothold(*middle.point(0.0, half), middle.yaw)
+    middle = stance.pose(Pose2D(0.0, half, 0.5 * turn))
+    middle = Pose2D(*middle.point(x * p.T, way), stance.yaw + turn)
+    return middle.pose(Pose2D(0.0, half))
 
 
-def clip_foothold(p: OmniParameters, stance: Foothold, swing: Side, foothold: Foothold) -> Foothold:
+def clip_foothold(p: OmniParameters, stance: Pose2D, swing: Side, foothold: Pose2D) -> Pose2D:
     """The foothold nearest to a wished one that the leg reaches without treading on the other foot.
 
     Args:
@@ -76,10 +77,10 @@ def clip_foothold(p: OmniParameters, stance: Foothold, swing: Side, foothold: Fo
     x, y = stance.local(foothold.x, foothold.y)
     x = min(max(x, -p.max_length), p.max_length)
     y = sign * min(max(sign * y, p.min_width), p.max_width)
-    return Foothold(*stance.point(x, y), foothold.yaw)
+    return Pose2D(*stance.point(x, y), foothold.yaw)
 
 
-def zmp_under(p: OmniParameters, side: Side, foothold: Foothold) -> Vec2:
+def zmp_under(p: OmniParameters, side: Side, foothold: Pose2D) -> Vec2:
     """The point under a sole where the ZMP of single support is planned, m."""
     return foothold.point(p.zmp_x, SIGN[side] * p.zmp_y)
 

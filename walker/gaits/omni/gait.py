@@ -6,7 +6,8 @@ keeps the walk at the velocity in force bounded, from the capture point that the
 (`bounded_capture_point`). In `stop` a resting ZMP leads the capture point to the middle between the feet.
 
 A push at a stand begins a step at once, which follows the measured capture point; then follow stop, start,
-a closing step, and stop.
+a closing step, and stop. A closing step follows a large deviation of the capture point as other steps do; the
+feet, which then are apart, are closed by another one.
 
 The velocity of a step counts for all the steps planned after it: a new command needs no new plan, only another
 foothold.
@@ -22,6 +23,7 @@ from typing import Final
 
 from bridge.body import Body
 from bridge.body.sole import sole_hull
+from bridge.planar import Pose2D
 from bridge.types import Side, Vec2, Vec3
 from walker.functions import LinearPendulum, clip, quintic, smoothstep
 from walker.gaits.gait import GaitCommand
@@ -36,7 +38,7 @@ from walker.gaits.omni.footholds import (
 )
 from walker.gaits.omni.parameters import OmniParameters
 from walker.gaits.omni.state import REST, Constants, OmniState
-from walker.gaits.plan import OTHER_SIDE, SIGN, CaptureStep, Feedback, Foothold, Pendulum, Phase, Plan, SolePose
+from walker.gaits.plan import OTHER_SIDE, SIGN, CaptureStep, Feedback, Pendulum, Phase, Plan, SolePose
 
 _HORIZON: Final = 6
 """Footholds beyond the next one; later ones weigh q^6 = 1e-4."""
@@ -46,6 +48,8 @@ _STOP_DURATION_FACTOR: Final = 3.0
 """Duration of `stop` over that of the capture point's way to the middle."""
 _FREEZE_TIME: Final = 0.03
 """s before touch-down in which feedback moves the foothold no more."""
+_CLOSING_DEADBAND: Final = 0.01
+"""m that feedback moves a closing step less far than another: after a calm walk the feet are closed by one."""
 _CLOSED_TOLERANCE: Final = 0.005
 """m; feet farther off their places side by side are closed."""
 
@@ -79,7 +83,7 @@ class OmniGait:
         """The state at rest, the feet side by side."""
         p = self.limits
         swing, half = p.first_swing, 0.5 * p.l_FA
-        stance, liftoff_pose = (Foothold(0.0, -SIGN[swing] * half), Foothold(0.0, SIGN[swing] * half))
+        stance, liftoff_pose = (Pose2D(0.0, -SIGN[swing] * half), Pose2D(0.0, SIGN[swing] * half))
         com = (p.zmp_x, 0.0)
         return OmniState(stance, liftoff_pose, swing, liftoff_pose, com, com, com)
 
@@ -155,7 +159,7 @@ def _between_feet(g: Constants, x: OmniState) -> Vec2:
 # Footholds.
 
 
-def _steady_zmps(g: Constants, foot: Foothold, side: Side, velocity: Vec3) -> list[Vec2]:
+def _steady_zmps(g: Constants, foot: Pose2D, side: Side, velocity: Vec3) -> list[Vec2]:
     """ZMPs of a steady walk at a velocity: of a foothold (of the foot `side`) and those after it."""
     zmps = [zmp_under(g.p, side, foot)]
     for _ in range(_HORIZON):
@@ -166,19 +170,19 @@ def _steady_zmps(g: Constants, foot: Foothold, side: Side, velocity: Vec3) -> li
 
 
 @lru_cache(maxsize=16)  # the same in all cycles of a step
-def _endless_walk(g: Constants, stance: Foothold, side: Side, velocity: Vec3) -> tuple[float, Vec2, Vec2]:
+def _endless_walk(g: Constants, stance: Pose2D, side: Side, velocity: Vec3) -> tuple[float, Vec2, Vec2]:
     """An endless walk at a velocity whose next foothold, of the foot `side`, is put at the origin.
 
     Returns:
         Yaw of that foothold, rad; the ZMP under it, and the capture point in which the walk begins, m.
     """
-    first = Foothold(yaw=nominal_foothold(g.p, stance, side, velocity).yaw)
+    first = Pose2D(yaw=nominal_foothold(g.p, stance, side, velocity).yaw)
     zmps = _steady_zmps(g, first, side, velocity)
     return first.yaw, zmps[0], bounded_capture_point(g.omega, g.p.T, g.rho, [zmps[0], *zmps])
 
 
-def _target(g: Constants, x: OmniState) -> Foothold:
-    """Foothold of the swing foot from which the walk stays bounded with the predicted capture point.
+def _target(g: Constants, x: OmniState) -> Pose2D:
+    """Pose2D of the swing foot from which the walk stays bounded with the predicted capture point.
 
     The condition is linear in the ZMP p_1 under the foothold:
     xi_end = (1 - rho) p_1 + rho p_0 + b, with b from a walk whose p_0 and p_1 both are at the origin.
@@ -190,20 +194,24 @@ def _target(g: Constants, x: OmniState) -> Foothold:
         (xi - (e - a) - g.rho * p_0) / (1.0 - g.rho) - a
         for xi, p_0, e, a in zip(end, zmp, beyond, ahead, strict=True)
     )
-    return clip_foothold(g.p, x.stance, x.swing, Foothold(p_x, p_y, yaw))
+    return clip_foothold(g.p, x.stance, x.swing, Pose2D(p_x, p_y, yaw))
 
 
 def _aim(g: Constants, x: OmniState, feedback: Feedback) -> OmniState:
     """Put the foothold of a step of the walk where the capture point and its measured deviation need it."""
-    if not x.single or x.kind == "closing" or x.t < g.p.T_DSP - _EPSILON:
+    if not x.single or x.t < g.p.T_DSP - _EPSILON:
         return x
-    target, by = _target(g, x), x.adjustment
+    by, closing = x.adjustment, x.kind == "closing"
+    target = Pose2D(x.target.x - by[0], x.target.y - by[1], x.target.yaw) if closing else _target(g, x)
     if x.t < g.p.T - _FREEZE_TIME:
         by = _adjustment(g, x, target, feedback.deviation)
-    return x._replace(target=Foothold(target.x + by[0], target.y + by[1], target.yaw), adjustment=by)
+        if closing:
+            share = max(0.0, 1.0 - _CLOSING_DEADBAND / max(math.hypot(*by), _EPSILON))
+            by = by[0] * share, by[1] * share
+    return x._replace(target=Pose2D(target.x + by[0], target.y + by[1], target.yaw), adjustment=by)
 
 
-def _adjustment(g: Constants, x: OmniState, target: Foothold, deviation: Vec2) -> Vec2:
+def _adjustment(g: Constants, x: OmniState, target: Pose2D, deviation: Vec2) -> Vec2:
     """Shift of the foothold by the deviation that is predicted at touch-down, m."""
     p = g.p
     grow = math.exp(g.omega * max(p.T - x.t, 0.0))
@@ -211,15 +219,15 @@ def _adjustment(g: Constants, x: OmniState, target: Foothold, deviation: Vec2) -
     wished = [
         (straight + turning * (turned - straight)) * grow * math.copysign(max(abs(d) - band, 0.0), d)
         for d, straight, turned, band in zip(
-            Foothold(yaw=-x.stance.yaw).point(*deviation),
+            Pose2D(yaw=-x.stance.yaw).point(*deviation),
             p.foothold_gain,
             p.turning_foothold_gain,
             p.foothold_deadband,
             strict=True,
         )
     ]
-    dx, dy = Foothold(yaw=x.stance.yaw).point(wished[0], wished[1])
-    moved = clip_foothold(p, x.stance, x.swing, Foothold(target.x + dx, target.y + dy, target.yaw))
+    dx, dy = Pose2D(yaw=x.stance.yaw).point(wished[0], wished[1])
+    moved = clip_foothold(p, x.stance, x.swing, Pose2D(target.x + dx, target.y + dy, target.yaw))
     return moved.x - target.x, moved.y - target.y
 
 
@@ -256,7 +264,7 @@ def _follow(g: Constants, x: OmniState, measured: CaptureStep, dt: float) -> Omn
     target = _target(g, x)
     if x.kind == "back":
         inwards = -SIGN[x.swing] * g.p.backward_capture_inset
-        target = Foothold(*target.point(0.0, inwards), target.yaw)
+        target = target.pose(Pose2D(0.0, inwards))
     return x._replace(target=target)
 
 
@@ -315,9 +323,7 @@ def _begin_step(g: Constants, x: OmniState, u: GaitCommand) -> OmniState:
     p, number, last = g.p, x.step + 1, u.last_step or math.inf
     velocity = rate_limited_velocity(p, x.velocity, REST)
     if u.walk:
-        forward, left, turn = p.clipped(u.velocity or p.velocity)
-        pace = u.feedback.pace
-        wanted = rate_limited_velocity(p, x.velocity, (pace * forward, pace * left, pace * turn))
+        wanted = rate_limited_velocity(p, x.velocity, p.clipped(u.velocity or p.velocity))
         if number + steps_to_rest(p, wanted) <= last - (wanted == REST):
             velocity = wanted
     closing = velocity == REST and (not u.walk or number >= last)
@@ -410,9 +416,7 @@ def _plan(g: Constants, x: OmniState, u: GaitCommand) -> Plan:
         ahead, (_, way), yaw = u.feedback.foothold_bias, _way(g, x), x.stance.yaw
         other = _ahead(_swinging(g, x), yaw, way * ahead)
         stance = _ahead(stance, yaw, (1.0 - way) * ahead)
-        stop_poses = tuple(
-            Foothold(*Foothold(e.x, e.y, yaw).point(0.5 * ahead, 0.0), e.yaw) for e in stop_poses
-        )
+        stop_poses = tuple(Pose2D(*Pose2D(e.x, e.y, yaw).point(0.5 * ahead, 0.0), e.yaw) for e in stop_poses)
     left, right = (other, stance) if x.swing == "L" else (stance, other)
     return Plan(
         phase=x.phase,
@@ -430,7 +434,7 @@ def _plan(g: Constants, x: OmniState, u: GaitCommand) -> Plan:
     )
 
 
-def _stop_poses(g: Constants, x: OmniState) -> tuple[Foothold, ...]:
+def _stop_poses(g: Constants, x: OmniState) -> tuple[Pose2D, ...]:
     """See `Plan.stop_poses`. Feedback counts as moving the next foothold as far as the one under way."""
     remaining = _duration(g, x) - x.t
     if remaining > _FREEZE_TIME or x.kind != "walk" or x.phase in ("stop", "stand"):
@@ -446,16 +450,16 @@ def _stop_poses(g: Constants, x: OmniState) -> tuple[Foothold, ...]:
         xi + g.rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, _under_stance(g, landed), strict=True)
     )
     after = _target(g, landed._replace(xi=(xi_x, xi_y), t=0.0, velocity=REST, correction=REST))
-    later = _side_by_side(g, Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)
+    later = _side_by_side(g, Pose2D(after.x + dx, after.y + dy, after.yaw), landed.swing)
     return now if rate_limited_velocity(g.p, x.velocity, REST) == REST else later, later
 
 
-def _side_by_side(g: Constants, foothold: Foothold, side: Side) -> Foothold:
+def _side_by_side(g: Constants, foothold: Pose2D, side: Side) -> Pose2D:
     """Middle between the feet of which one is on a foothold."""
-    return Foothold(*foothold.point(0.0, -0.5 * SIGN[side] * g.p.l_FA), foothold.yaw)
+    return foothold.pose(Pose2D(0.0, -0.5 * SIGN[side] * g.p.l_FA))
 
 
 def _ahead(sole: SolePose, yaw: float, by: float) -> SolePose:
     """A sole moved along a heading."""
-    x, y = Foothold(sole.x, sole.y, yaw).point(by, 0.0)
+    x, y = Pose2D(sole.x, sole.y, yaw).point(by, 0.0)
     return sole._replace(x=x, y=y)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
+from bridge.planar import Pose2D
 from bridge.types import Side, Vec2, Vec3
 from walker.gaits.omni.parameters import OmniParameters
-from walker.gaits.plan import OTHER_SIDE, Foothold, Phase
+from walker.gaits.plan import OTHER_SIDE, Phase
 
 REST: Final[Vec3] = (0.0, 0.0, 0.0)
 """No velocity, m/s, m/s, rad/s."""
@@ -20,14 +21,14 @@ which follows the measured capture point."""
 class OmniState(NamedTuple):
     """State of the gait, in the walk frame, m and s."""
 
-    stance: Foothold
+    stance: Pose2D
     """Pose of the stance foot, or of the first one."""
-    liftoff_pose: Foothold
+    liftoff_pose: Pose2D
     """Pose of the other foot before its swing."""
     swing: Side
     """The other foot."""
-    target: Foothold
-    """Foothold at the end of the swing under way."""
+    target: Pose2D
+    """Pose2D at the end of the swing under way."""
     com: Vec2
     xi: Vec2
     """Capture point."""

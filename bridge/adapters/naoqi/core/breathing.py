@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from typing import Annotated, Final
 
 from bridge.adapters.naoqi.core.joint_motion import smooth
-from bridge.adapters.naoqi.core.joints import Joints, actuator
+from bridge.adapters.naoqi.core.joints import actuator
 from bridge.adapters.naoqi.core.postures import Postures
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.declared import OneOf, Pairs, number, offers
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
@@ -40,16 +41,12 @@ _MOVED_TOLERANCE: Final = 1e-3
 Chain = Annotated[str, OneOf("chain", PARTS)]
 
 
-class Breathing:
-    """Breathing of one robot; not thread-safe, the caller locks.
+class Breathing(Service):
+    """Breathing of a standing robot."""
 
-    Args:
-        joints: of the robot.
-        postures: whether it stands.
-    """
-
-    def __init__(self, joints: Joints, postures: Postures) -> None:
-        self._joints, self._postures = joints, postures
+    def __init__(self, robot: ServedRobot, postures: Postures) -> None:
+        super().__init__(robot)
+        self._postures = postures
         self._enabled: set[str] = set()
         self._bpm, self._amplitude = 12.0, 0.5  # confirmed: vendor's page
         self._ends: dict[str, int] = {}
@@ -98,7 +95,7 @@ class Breathing:
             self._sent[joint] = target
         self._ends[part] = self._joints.now + round(1000.0 * seconds)
 
-    @offers("ALMotion.setBreathEnabled", partly="how far each joint moves is assumed")
+    @offers("ALMotion.setBreathEnabled")
     def _enable(self, chain: Chain, enabled: bool) -> None:
         for part in PARTS[chain]:
             if enabled:

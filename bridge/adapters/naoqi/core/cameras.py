@@ -17,7 +17,7 @@ import sys
 import threading
 from collections.abc import Sequence
 from concurrent.futures import Future
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import msgspec
 
@@ -33,11 +33,7 @@ class Unsendable(Exception):
 
 
 class Pipe:
-    """One end; any thread may send, one receives.
-
-    Args:
-        end: connected stream socket.
-    """
+    """One end; any thread may send, one receives."""
 
     def __init__(self, end: socket.socket) -> None:
         self._socket = end
@@ -101,48 +97,29 @@ _END_TIMEOUT: Final = 3.0
 """s that the process may take to end."""
 
 
-class CameraFeed(Protocol):
-    """Pictures of a robot's cameras."""
+class CameraFeed:
+    """Pictures of a robot's cameras; here of one without cameras."""
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
         """A picture of now: `[time in s since 1970, bytes]`.
 
         Args:
             camera: 0 top, 1 bottom.
-            width: columns.
-            height: rows.
             space: NAOqi's number of the colour space.
             file: `bmp`, `jpeg`, `png`, `ppm` or `tiff`: the bytes are a file; empty: they are pixels.
 
         Raises:
             NaoqiRefused: there are no cameras.
         """
-        ...
-
-    def sights(self) -> Sequence[Sequence[Any]]:
-        """Things in the cameras' newest views, which may be some cycles old."""
-        ...
-
-
-class NoCameraFeed:
-    """Feed of a robot without cameras here."""
-
-    def picture(self, *_: Any) -> Future[Any]:
-        """See `CameraFeed`."""
         raise NaoqiRefused(f"ALVideoDevice: {NO_CAMERAS_REASON}.")
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """See `CameraFeed`."""
+        """Things in the cameras' newest views, which may be some cycles old."""
         return ()
 
 
-class DrawnCameraFeed:
-    """Feed of an emulated robot, by a drawing process, idle until the first call; thread-safe, close it.
-
-    Args:
-        robot: id of the robot.
-        endpoint: Zenoh endpoint of the robot.
-    """
+class DrawnCameraFeed(CameraFeed):
+    """Feed of an emulated robot, by a drawing process, idle until the first call; thread-safe, close it."""
 
     def __init__(self, robot: str, endpoint: str) -> None:
         self._command = [sys.executable, "-m", "emulator.camera", robot, endpoint]
@@ -161,7 +138,7 @@ class DrawnCameraFeed:
             self._started()
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
-        """See `CameraFeed`."""
+        """As `CameraFeed`."""
         done: Future[Any] = Future()
         with self._lock:
             pipe = self._started()
@@ -172,7 +149,7 @@ class DrawnCameraFeed:
         return done
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """See `CameraFeed`."""
+        """As `CameraFeed`."""
         with self._lock:
             pipe, watching, self._watching = self._started(), self._watching, True
         if not watching:

@@ -14,11 +14,11 @@ from typing import Annotated, Any, Final, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bridge.adapters.naoqi.core.frames import RobotFrames, from_position6
+from bridge.adapters.naoqi.core.frames import from_position6
 from bridge.adapters.naoqi.core.inverse import Goal, InverseKinematics, masked_axes
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import CHAINS, Joints
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.core.joints import CHAINS
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.declared import MAX_DURATION, Fraction, number, offers
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
@@ -42,13 +42,6 @@ ITERATIONS: Final = 30
 """Most steps of the search for one place."""
 ITERATIONS_ON_PATH: Final = 4
 """For the next pose of a path, which is near."""
-
-
-_REACH: Final = (
-    "a target out of reach is approached as closely as the joint ranges allow; nothing balances the robot"
-)
-STRAIGHT: Final = f"the joints go straight to the solution; {_REACH}"
-AT_REST: Final = f"at rest at each point of the path; {_REACH}"
 
 
 class _Path(NamedTuple):
@@ -99,57 +92,42 @@ Effectors = Annotated[list[str], _effectors]
 """One effector or several."""
 
 
-class Cartesian:
-    """Cartesian methods of `ALMotion`; not thread-safe, the caller locks.
+class Cartesian(Service):
+    """Cartesian methods of `ALMotion`."""
 
-    Args:
-        joints: of the robot.
-        motion: moves them.
-        tasks: for calls that end with the motion.
-        frames: of the robot.
-    """
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._inverse = InverseKinematics(robot.body, robot.frames)
 
-    def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks, frames: RobotFrames) -> None:
-        self._joints, self._motion, self._tasks, self._frames = joints, motion, tasks, frames
-        self._inverse = InverseKinematics(joints.body, frames)
-
-    def move(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
+    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints")
+    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints")
+    def move(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
         """Send effectors towards poses; does not wait.
 
         Args:
-            names: one effector or several.
-            spaces: of the poses, one or one for each.
             values: positions (6 numbers) or transforms (12 or 16), one or one for each effector.
             speed: fraction of the joints' largest.
-            masks: of the axes that count, one or one for each.
-            transforms: the values are transforms, not positions.
         """
-        effectors = _effectors(names)
-        count = len(effectors)
+        effectors, count = names, len(names)
         rows = [values] if count == 1 and _flat(values) else _of_each(values, count, "positions")
-        places = [_place(row, transforms) for row in rows]
+        places = [_place(row) for row in rows]
         self._send(effectors, _codes(spaces, count), places, _masks(masks, count), speed)
 
-    def change(self, name: Any, space: Any, value: Any, speed: float, mask: Any, *, transforms: bool) -> None:
+    @offers("ALMotion.changePosition", "ALMotion.changeTransform", kind="joints")
+    def change(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
         """As `move` for one effector, relative to its commanded pose.
 
         Args:
-            name: Of the effector.
             space: Its code: 0 torso, 1 world, 2 robot.
             value: Change of the pose, six numbers, m and rad, or a transform of 12 or 16.
             speed: Fraction of the joints' maximum speed.
             mask: Axes that count, sum of 1 (x), 2 (y), 4 (z), 8, 16, 32 (turns about them).
-            transforms: The value is a transform.
-
-        Raises:
-            NaoqiRefused: more than one effector, or a wrong value.
         """
-        effectors = _effectors(name)
-        if len(effectors) != 1:
+        if len(name) != 1:
             raise NaoqiRefused("ALMotion: one effector is expected.")
         code = _codes(space, 1)
-        place = _changed(self._commanded_pose(effectors[0], code[0]), _place(value, transforms))
-        self._send(effectors, code, [place], _masks(mask, 1), speed)
+        place = _changed(self._commanded_pose(name[0], code[0]), _place(value))
+        self._send(name, code, [place], _masks(mask, 1), speed)
 
     def _send(
         self,
@@ -169,7 +147,6 @@ class Cartesian:
         """The 25 positions with an effector at a pose of a space, rad.
 
         Args:
-            name: Of the effector.
             code: Of the space: 0 torso, 1 world, 2 robot.
             place: Of the effector in it, (4, 4), m.
         """
@@ -240,30 +217,27 @@ class Cartesian:
             )
         return self._inverse.solve(self._frames.position(False), goals, most)
 
+    @offers("ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints")
+    @offers("ALMotion.transformInterpolation", "ALMotion.transformInterpolations", kind="joints")
     def along(
-        self, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool, *, transforms: bool
+        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
     ) -> Future[Any]:
         """Send effectors along paths; waits for the end.
 
         Args:
-            names: one effector or several.
-            spaces: one, or one for each.
             paths: for each effector a list of poses, which are positions or transforms; for one effector that
                 list, or one pose.
-            masks: one, or one for each.
             times: for each effector a list of times, s; for one effector that list, or one time.
             absolute: whether the poses are absolute; otherwise they are relative to the effector's.
-            transforms: the poses are transforms, not positions.
         """
-        effectors = _effectors(names)
-        count = len(effectors)
+        effectors, count = names, len(names)
         codes, axes = _codes(spaces, count), _masks(masks, count)
         rows = [paths] if count == 1 and not _nested(paths, 3) else _of_each(paths, count, "paths")
         moments = [times] if count == 1 and not _nested(times, 2) else _of_each(times, count, "times")
         found = []
         for name, code, mask, row, when in zip(effectors, codes, axes, rows, moments, strict=True):
             start = self._commanded_pose(name, code)
-            places = [_place(place, transforms) for place in ([row] if _flat(row) else row)]
+            places = [_place(place) for place in ([row] if _flat(row) else row)]
             if not absolute:
                 places = [_changed(start, place) for place in places]
             found.append(_Path(name, code, mask, start, places, _times(when, len(places))))
@@ -287,36 +261,6 @@ class Cartesian:
                 self._joints.put_position(joint, [(left, wanted[INDEX_WITH_MIRROR[joint]])])
             yield due
         return None
-
-    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT)
-    def _set_positions(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
-        self.move(names, spaces, values, speed, masks, transforms=False)
-
-    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT)
-    def _change_position(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
-        self.change(name, space, value, speed, mask, transforms=False)
-
-    @offers("ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST)
-    def _position_interpolations(
-        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
-    ) -> Future[Any]:
-        return self.along(names, spaces, paths, masks, times, absolute, transforms=False)
-
-    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT)
-    def _set_transforms(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
-        self.move(names, spaces, values, speed, masks, transforms=True)
-
-    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT)
-    def _change_transform(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
-        self.change(name, space, value, speed, mask, transforms=True)
-
-    @offers(
-        "ALMotion.transformInterpolation", "ALMotion.transformInterpolations", kind="joints", partly=AT_REST
-    )
-    def _transform_interpolations(
-        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
-    ) -> Future[Any]:
-        return self.along(names, spaces, paths, masks, times, absolute, transforms=True)
 
 
 def _nested(value: Any, depth: int) -> bool:
@@ -358,14 +302,14 @@ def _times(value: Any, count: int) -> list[float]:
     return moments
 
 
-def _place(value: Any, transform: bool) -> Array:
+def _place(value: Any) -> Array:
     """A pose, (4, 4), of 6 numbers (position and angles) or of 12 or 16 (a transform, row by row)."""
-    sizes = (12, 16) if transform else (6,)
-    if not _flat(value) or len(value) not in sizes:
-        kind = "a transform of 12 or 16" if transform else "a position of 6"
-        raise NaoqiRefused(f"{value!r:.60} was given; {kind} numbers is expected.")
+    if not _flat(value) or len(value) not in (6, 12, 16):
+        raise NaoqiRefused(
+            f"{value!r:.60} was given; a position (6 numbers) or a transform (12 or 16) is expected."
+        )
     numbers = [number(item, f"number {i} of a place", -100.0, 100.0) for i, item in enumerate(value)]
-    if not transform:
+    if len(numbers) == 6:
         return from_position6(numbers)
     H = np.array(numbers[:12]).reshape(3, 4)
     left, sizes_, right = np.linalg.svd(H[:, :3])

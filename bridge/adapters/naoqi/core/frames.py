@@ -16,8 +16,7 @@ import msgspec
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from bridge.adapters.naoqi.core.joints import CHAINS, Joints
-from bridge.adapters.naoqi.core.sensing import CONTACT_FORCE
+from bridge.adapters.naoqi.core.joints import CHAINS, CONTACT_FORCE, Joints
 from bridge.adapters.naoqi.declared import flag, offers
 from bridge.body import TORSO, Body
 from bridge.body.cameras import CAMERA_LINK, cameras
@@ -70,7 +69,6 @@ class RobotFrames:
     """Poses of one robot's parts; not thread-safe, the caller locks.
 
     Args:
-        joints: of the robot.
         robot_place: pose of the robot's space in the world's: x, y (m) and yaw (rad).
         steps: footsteps to come, as `WalkingMethods.steps_ahead`.
     """
@@ -134,11 +132,7 @@ class RobotFrames:
         return self.links(position)
 
     def effector(self, name: Any) -> Effector:
-        """The frame of a joint, chain or sensor.
-
-        Raises:
-            NaoqiRefused: no such name.
-        """
+        """The frame of a joint, chain or sensor."""
         if not isinstance(name, str) or name not in self.effectors:
             raise NaoqiRefused(
                 f"{name!r:.60} has no frame on a {self._joints.body.name}; Torso, {', '.join(CHAINS)}, joints "
@@ -157,11 +151,7 @@ class RobotFrames:
 
         Args:
             code: 0 the torso's, 1 the world's, 2 the robot's.
-            links: of the robot.
             measured: take the vertical from the inertial unit; otherwise from the feet.
-
-        Raises:
-            NaoqiRefused: another code.
         """
         if isinstance(code, bool) or not isinstance(code, int) or code not in SPACES:
             kinds = ", ".join(f"{number} {name}" for number, name in SPACES.items())
@@ -189,12 +179,7 @@ class RobotFrames:
         """Frame of a joint, chain or sensor in a space, (4, 4), m.
 
         Args:
-            name: Of the joint, chain or sensor.
             code: Of the space: 0 torso, 1 world, 2 robot.
-            use_sensors: By the measured joint positions, not by the commanded ones.
-
-        Raises:
-            NaoqiRefused: no such name or space.
         """
         effector = self.effector(name)
         measured = flag(use_sensors, "useSensors")
@@ -209,10 +194,6 @@ class RobotFrames:
         Args:
             name: Of the joint or chain; `Body` is the whole robot.
             code: Of the space, as in `transform`.
-            use_sensors: Likewise.
-
-        Raises:
-            NaoqiRefused: no such name or space, or a part without mass.
         """
         return self.com_at(name, self.position(use_sensors), code, measured=use_sensors)
 
@@ -261,7 +242,7 @@ class RobotFrames:
         points = np.array(corners)
         return [[float(x), float(y)] for x, y in points[ConvexHull(points).vertices]]
 
-    @offers("ALMotion.getFootSteps", partly="steps by the vendor's step lengths, not the walker's own")
+    @offers("ALMotion.getFootSteps")
     def _foot_steps(self) -> list[Any]:
         """Poses of the two feet in the world, m, m and rad, and the footsteps to come."""
         feet = (position6(self.transform(leg, 1, use_sensors=False)) for leg in ("LLeg", "RLeg"))

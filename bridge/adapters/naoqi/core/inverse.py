@@ -40,7 +40,6 @@ def masked_axes(mask: int, R: Array) -> Array:
     """The axes of a mask's bits 1 to 32 (x, y, z, wx, wy, wz) of a space, (n, 6).
 
     Args:
-        mask: of NAOqi.
         R: the space's rotation in the Torso frame, (3, 3).
     """
     axes = np.zeros((6, 6))
@@ -49,12 +48,7 @@ def masked_axes(mask: int, R: Array) -> Array:
 
 
 class InverseKinematics:
-    """Search for joint positions.
-
-    Args:
-        body: data sheet.
-        frames: of the robot.
-    """
+    """Search for joint positions."""
 
     def __init__(self, body: Body, frames: RobotFrames) -> None:
         self._frames = frames
@@ -75,10 +69,7 @@ class InverseKinematics:
         """The 25 positions nearest to all goals, inside the joints' ranges, rad.
 
         Args:
-            position: initial one.
-            goals: to be reached together.
             iterations: at most.
-            pinned: slots to leave unchanged.
         """
         q = np.array(position)
         chains = [self.chain(goal.effector) for goal in goals]

@@ -45,7 +45,6 @@ def smooth(start: float, values: Sequence[float], times: Sequence[float]) -> lis
 
     Args:
         start: value at time 0.
-        values: to be reached.
         times: s, increasing, the first one above 0.
 
     Returns:
@@ -76,13 +75,7 @@ CYCLE: Final = 20
 
 
 class JointMotion:
-    """Joint methods of `ALMotion`; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-        tasks: for calls that end with the motion.
-        config: of the robot.
-    """
+    """Joint methods of `ALMotion`; not thread-safe, the caller locks."""
 
     def __init__(self, joints: Joints, tasks: MotionTasks, config: RobotConfig) -> None:
         self._joints, self._tasks, self._config = joints, tasks, config
@@ -203,12 +196,10 @@ class JointMotion:
             self._joints.put_stiffness(joint, list(zip(moments, values, strict=True)))
         yield self._joints.now + round(1000.0 * max((moments[-1] for moments in times), default=0.0))
 
-    def move_hand(self, name: Any, opening: float) -> Future[Any]:
-        """Open (1) or close (0) a hand; waits for the end.
-
-        Raises:
-            NaoqiRefused: the body has no such hand.
-        """
+    @offers("ALMotion.openHand", kind="joints", opening=1.0)
+    @offers("ALMotion.closeHand", kind="joints", opening=0.0)
+    def move_hand(self, name: Any, *, opening: float) -> Future[Any]:
+        """Open (1) or close (0) a hand; waits for the end."""
         if name not in HANDS or name not in self._joints.names.all:
             raise NaoqiRefused(f"{name!r:.40} is no hand of {self._joints.body.name}.")
         self._joints.put_stiffness(name, [(0.0, 1.0)])
@@ -271,29 +262,16 @@ class JointMotion:
         ]
         return "\n".join([f"Model: {self._config.table()[1][0]}", head, *rows]) + "\n"
 
-    @offers(
-        "ALMotion.angleInterpolationBezier",
-        kind="joints",
-        partly="the handles between the points are not followed",
-    )
+    @offers("ALMotion.angleInterpolationBezier", kind="joints")
     def _bezier(self, names: Any, times: Any, control_points: list[list[Any]]) -> Future[Any]:
         """Move through the control points' angles at their times, without their handles."""
         angles = [[p[0] if isinstance(p, list) and p else p for p in row] for row in control_points]
         return self.angle_interpolation(names, angles, times, True)
 
-    @offers("ALMotion.openHand", kind="joints")
-    def _open_hand(self, name: Any) -> Any:
-        return self.move_hand(name, 1.0)
-
-    @offers("ALMotion.closeHand", kind="joints")
-    def _close_hand(self, name: Any) -> Any:
-        return self.move_hand(name, 0.0)
-
     _get_sensor_names = offers("ALMotion.getSensorNames")(
         lambda self: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS]
     )
     _get_robot_config = offers("ALMotion.getRobotConfig")(lambda self: self._config.table())
-    _get_motion_cycle_time = offers("ALMotion.getMotionCycleTime")(lambda self: CYCLE)
 
 
 def _left_hip_last(rows: Iterable[tuple[str, A, B]]) -> list[tuple[str, A, B]]:

@@ -55,11 +55,7 @@ class JointNames:
         """All joints of the body in ALMotion's order."""
 
     def group(self, name: str) -> tuple[str, ...]:
-        """Joints of a chain, of a group of chains, or the one joint of that name.
-
-        Raises:
-            NaoqiRefused: no such name on this body.
-        """
+        """Joints of a chain, of a group of chains, or the one joint of that name."""
         if name in _GROUPS:
             return tuple(joint for joint in _GROUPS[name] if joint not in self._absent)
         if name in INDEX_WITH_MIRROR and name not in self._absent:
@@ -67,11 +63,7 @@ class JointNames:
         raise NaoqiRefused(f"{self._body}: {unknown_name('joint or chain', name, [*_GROUPS, *self.all])}.")
 
     def resolve(self, names: Any) -> tuple[str, ...]:
-        """Joints of one name or of a list of names.
-
-        Raises:
-            NaoqiRefused: neither, or an unknown name.
-        """
+        """Joints of one name or of a list of names."""
         if isinstance(names, str):
             return self.group(names)
         if isinstance(names, list) and all(isinstance(name, str) for name in names):
@@ -97,6 +89,8 @@ HAND_SPEED: Final = 8.33
 HAND_TORQUE: Final = 0.292
 """N m (confirmed: the same)."""
 
+CONTACT_FORCE: Final = 5.0
+"""Force on a sole (or on both together) from which it touches the ground, N (assumed)."""
 SUPPLY_VOLTAGE: Final = 21.6
 """V (confirmed: vendor's battery page, 6 cells of 3.6 V)."""
 
@@ -105,7 +99,6 @@ class Joints:
     """Joints, stiffnesses and clock of one robot; not thread-safe, the caller locks.
 
     Args:
-        body: Data sheet.
         frame: First frame; the joints hold their angles and stiffnesses.
     """
 
@@ -125,7 +118,6 @@ class Joints:
         """Hold the joints at their angles and stiffnesses from the next cycle on.
 
         Args:
-            without: joints whose commands stay in force.
             targets: angles commanded last, rad, of which stiff joints keep theirs, since the measured ones sag;
                 empty: all hold the measured angles.
         """
@@ -234,11 +226,7 @@ class Joints:
 
 
 class DcmService:
-    """The service `DCM`: timed commands of actuators; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-    """
+    """The service `DCM`: timed commands of actuators; not thread-safe, the caller locks."""
 
     def __init__(self, joints: Joints) -> None:
         self._joints, self._dcm = joints, joints.dcm
@@ -269,12 +257,7 @@ class DcmService:
 
 
 def moved_joints(dcm: Dcm, command: Any) -> list[str]:
-    """Joints whose actuators `set` or `setAlias` writes to.
-
-    Args:
-        dcm: for the aliases.
-        command: its first argument: the name of an actuator or an alias, or a list that begins with it.
-    """
+    """Joints whose actuators `set` or `setAlias` writes to."""
     name = command[0] if isinstance(command, list) and command else command
     written = dcm.names_of(name) if isinstance(name, str) else ()
     parts = (actuator.split("/")[0] for actuator in written)
@@ -285,11 +268,7 @@ _SIDES: Final = ("LArm", "RArm")
 
 
 class UpperBodyShare:
-    """Head and arms while the walker holds the robot; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-    """
+    """Head and arms while the walker holds the robot; not thread-safe, the caller locks."""
 
     def __init__(self, joints: Joints) -> None:
         self._joints = joints
@@ -314,11 +293,7 @@ class UpperBodyShare:
         return joints if set(joints) <= set(self._upper) else None
 
     def order(self, *, walks: bool) -> UpperBody:
-        """Order to the walker in this cycle.
-
-        Args:
-            walks: the robot walks: the walk moves arms that no motion of the program moves.
-        """
+        """Order to the walker in this cycle."""
         if walks:
             for side in _SIDES:
                 if self._swings[side]:

@@ -6,7 +6,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.sensor_keys import getters
@@ -23,13 +22,7 @@ MAX_DATA: Final = 10_000
 
 
 class Memory:
-    """Data of one robot; not thread-safe, the caller locks.
-
-    Args:
-        body: Data sheet.
-        dcm: Returns the present DCM.
-        fixed: Keys that never change.
-    """
+    """Data of one robot; not thread-safe, the caller locks."""
 
     def __init__(self, body: Body, dcm: Callable[[], Dcm], fixed: Mapping[str, Any]) -> None:
         self._dcm = dcm
@@ -66,11 +59,7 @@ class Memory:
             waiting.set_result(value)
 
     def get(self, key: Any) -> Any:
-        """The value of a key, with or without the prefix.
-
-        Raises:
-            NaoqiRefused: no such key.
-        """
+        """The value of a key, with or without the prefix."""
         name = text(key, "ALMemory: key")
         if name in self._live:
             return self._live[name]()
@@ -88,26 +77,18 @@ class Memory:
 
     @offers("ALMemory.getListData")
     def get_list(self, keys: Any) -> list[Any]:
-        """Values of several keys; None for each unknown one.
-
-        Raises:
-            NaoqiRefused: not a list of names.
-        """
-        return [self._get_or_none(key) for key in _names(keys, "getListData")]
-
-    def _get_or_none(self, key: str) -> Any:
-        try:
-            return self.get(key)
-        except NaoqiRefused:
-            return None
+        """Values of several keys; None for each unknown one."""
+        values = []
+        for key in _names(keys, "getListData"):
+            try:
+                values.append(self.get(key))
+            except NaoqiRefused:
+                values.append(None)
+        return values
 
     @offers("ALMemory.insertData")
     def insert(self, key: str, value: Any) -> None:
-        """Store data.
-
-        Raises:
-            NaoqiRefused: a key of a sensor or an actuator, or too many keys.
-        """
+        """Store data."""
         if key in self._known or PREFIX + key in self._known or key in self._live:
             raise NaoqiRefused(f"ALMemory.insertData: {key!r:.80} belongs to the robot; take another key.")
         if key not in self._data and len(self._data) >= MAX_DATA:
@@ -122,25 +103,17 @@ class Memory:
 
     @offers("ALMemory.removeData")
     def remove(self, key: Any) -> None:
-        """Remove data.
-
-        Raises:
-            NaoqiRefused: no data under this key.
-        """
+        """Remove data."""
         if not isinstance(key, str) or key not in self._data:
             raise NaoqiRefused(f"ALMemory.removeData: there is no inserted data under {key!r:.80}.")
         del self._data[key]
 
     @offers("ALMemory.getDataList", "ALMemory.getDataListName")
     def names(self, part: str = "") -> list[str]:
-        """All keys with `part` in their name.
-
-        Raises:
-            NaoqiRefused: not a text.
-        """
+        """All keys with `part` in their name."""
         return [name for name in (*self._names, *self._live, *self._data) if part in name]
 
-    @offers("ALMemory.getTimestamp", partly="for a sensor it is the time of the call")
+    @offers("ALMemory.getTimestamp")
     def stamped(self, key: Any) -> list[Any]:
         """`[value, s, us]`: a value and the wall-clock time of its writing; for a sensor the present one."""
         value = self.get(key)
@@ -200,18 +173,10 @@ A list in place of the message is the method's argument list.
 """
 
 
-@dataclass(frozen=True)
-class _EventSubscription:
-    module: str
-    method: str
-    message: str
-
-
 class Events:
     """Events of one robot; not thread-safe, the caller locks.
 
     Args:
-        memory: for their values.
         publish: called for each raised event.
         has_signal: event -> whether a client has its signal (`ALMemory.subscriber`).
     """
@@ -221,58 +186,39 @@ class Events:
         self._declared: dict[str, str] = {}
         """Event -> the extractor that raises it, or an empty name."""
         self._micro: set[str] = set()
-        self._subscriptions: dict[str, dict[str, _EventSubscription]] = {}
-        """Event -> module -> its subscription."""
+        self._subscriptions: dict[str, dict[str, list[str]]] = {}
+        """Event -> module -> `[module, method, message]`."""
         self._history: dict[str, deque[list[Any]]] = {}
 
     def declare(self, name: Any, extractor: Any = "", value: Any = None) -> None:
-        """Declare an event, with an initial value, if any.
-
-        Raises:
-            NaoqiRefused: not a name, or too many.
-        """
+        """Declare an event, with an initial value, if any."""
         self._declare_new("declareEvent", name)
         self._declared[name] = text(extractor, "ALMemory.declareEvent: extractor")
         if value is not None:
             self._memory.put(name, value)
 
     @offers("ALMemory.raiseEvent")
-    def raise_event(self, name: Any, value: Any) -> None:
-        """Store the value under the event's name and publish it to the subscribers.
-
-        Raises:
-            NaoqiRefused: not a name, or too many.
-        """
+    @offers("ALMemory.raiseMicroEvent", micro=True)
+    def raise_event(self, name: Any, value: Any, *, micro: bool = False) -> None:
+        """Store the value under the event's name and publish it to the subscribers."""
         self._declare_new("raiseEvent", name)
+        self._micro |= {name} if micro else set()
         self._memory.put(name, value)
         past = self._history.setdefault(name, deque(maxlen=MAX_HISTORY))
         past.append([value, stamp()])
-        subscriptions = self._subscriptions.get(name, {}).values()
-        self._publish(name, value, [[one.module, one.method, one.message] for one in subscriptions])
-
-    @offers("ALMemory.raiseMicroEvent")
-    def raise_micro(self, name: Any, value: Any) -> None:
-        """As `raise_event`; the event counts as a micro-event."""
-        self.raise_event(name, value)
-        self._micro.add(name)
+        self._publish(name, value, [list(one) for one in self._subscriptions.get(name, {}).values()])
 
     def _declare_new(self, method: str, name: Any) -> None:
         if not isinstance(name, str) or (len(self._declared) >= MAX_DATA and name not in self._declared):
             raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
         self._declared.setdefault(name, "")
 
-    @offers("ALMemory.subscribeToEvent", partly="the module must be a service of this session")
-    @offers("ALMemory.subscribeToMicroEvent", partly="as subscribeToEvent")
+    @offers("ALMemory.subscribeToEvent", "ALMemory.subscribeToMicroEvent")
     def subscribe(self, name: str, module: str, *rest: Any) -> None:
         """Have a module's method called as `method(event, value, message)`.
 
         Args:
-            name: of the event.
             module: a service of this session, usually a program's; `qi_server` checks it and the method.
-            rest: the method, or a message and the method.
-
-        Raises:
-            NaoqiRefused: not names.
         """
         if len(rest) not in (1, 2):
             raise NaoqiRefused(
@@ -280,8 +226,7 @@ class Events:
             )
         *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
         self._declare_new("subscribeToEvent", name)
-        subscription = _EventSubscription(module, method, message[0] if message else "")
-        self._subscriptions.setdefault(name, {})[module] = subscription
+        self._subscriptions.setdefault(name, {})[module] = [module, method, message[0] if message else ""]
 
     @offers("ALMemory.unsubscribeToEvent", "ALMemory.unsubscribeToMicroEvent")
     def unsubscribe(self, name: str, module: str) -> None:
@@ -316,7 +261,7 @@ class Events:
         """Events declared for an extractor."""
         return sorted(event for event, owner in self._declared.items() if owner == extractor)
 
-    @offers("ALMemory.getEventHistory", partly="the last ten values")
+    @offers("ALMemory.getEventHistory")
     def history(self, name: str) -> list[list[Any]]:
         """`[[value, [s, us]], ...]` of the last values of an event, oldest first."""
         return list(self._history.get(name, ()))

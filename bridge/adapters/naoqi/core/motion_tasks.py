@@ -63,15 +63,9 @@ class MotionTasks:
         """Run a task to its first wait; the future gets its result or its exception.
 
         Args:
-            task: to run.
             name: of its method; empty: not a motion of joints.
-            joints: of the motion.
             locks: it waits for the end of earlier tasks that lock one of its joints, and locks them (vendor's
                 page on motion tasks).
-            stopped: result of the call if the task is stopped.
-
-        Raises:
-            NaoqiRefused: the robot is lost.
         """
         if self._abandoned:
             raise robot_lost()
@@ -138,7 +132,6 @@ def pass_on(result: Any, done: Future[Any]) -> None:
     """Complete a future with a result, or with a future's one when it is done.
 
     Args:
-        result: a value, or a future of one.
         done: gets the value, or the exception of `result`.
     """
     if not isinstance(result, Future):
@@ -162,42 +155,24 @@ MAX_WAIT: Final = 3_600_000
 
 
 class AsyncCalls:
-    """Numbers of calls that run; thread-safe but for `stop`, whose caller locks.
-
-    Args:
-        tasks: among which the calls' tasks are.
-        numbers: for the calls, different from the tasks'.
-        end_motion: ends a motion by its number, and holds its joints.
-    """
+    """Numbers of calls that run; thread-safe but for `stop`, whose caller locks."""
 
     def __init__(
         self, tasks: Sequence[MotionTasks], numbers: Iterator[int], end_motion: Callable[[int], bool]
     ) -> None:
         self._tasks, self._numbers, self._end_motion = tasks, numbers, end_motion
-        self._running: dict[int, Future[Any]] = {}
-        self._ends: dict[int, Callable[[], Any]] = {}
-        """Functions that end calls without a task."""
+        self._running: dict[int, tuple[Future[Any], Callable[[], Any] | None]] = {}
+        """Result of each call, and the function that ends it if it has no task."""
 
     def add(self, result: Any, end: Callable[[], Any] | None = None) -> int:
-        """The number of a call.
-
-        Args:
-            result: of the call, or a future of it.
-            end: ends it, if it has no task.
-        """
+        """The number of a call."""
         key = next(self._numbers)
         if isinstance(result, Future):
             if len(self._running) >= MAX_CALLS:
                 raise NaoqiRefused(f"{MAX_CALLS} calls run already; wait for some.")
-            self._running[key] = result
-            if end is not None:
-                self._ends[key] = end
-            result.add_done_callback(lambda _: self._forget(key))
+            self._running[key] = result, end
+            result.add_done_callback(lambda _: self._running.pop(key, None))
         return key
-
-    def _forget(self, key: int) -> None:
-        self._running.pop(key, None)
-        self._ends.pop(key, None)
 
     def running(self, key: Any) -> bool:
         """Whether the call of this number runs."""
@@ -207,7 +182,6 @@ class AsyncCalls:
         """Wait for the end of a call; true after a time-out.
 
         Args:
-            key: number of the call.
             timeout: ms; 0: none.
         """
         ended: Future[Any] = Future()
@@ -218,10 +192,10 @@ class AsyncCalls:
                 if not ended.done():
                     ended.set_result(over)
 
-        call = self._running.get(_key(key))
-        if call is None:
+        if _key(key) not in self._running:
             end(False)
             return ended
+        call, _ = self._running[key]
         if timeout:
             timer = threading.Timer(timeout / 1000.0, end, [True])
             timer.daemon = True
@@ -231,16 +205,14 @@ class AsyncCalls:
 
     def stop(self, key: Any) -> bool:
         """Stop a call, or a motion by its number in `getTaskList`; False: there is none."""
-        wanted = _key(key)
-        done = self._running.get(wanted)
-        if done is None:
-            return self._end_motion(wanted)
+        if _key(key) not in self._running:
+            return self._end_motion(key)
+        done, end = self._running[key]
         for tasks in self._tasks:
             for task in tasks.of(done):
                 if not (task.joints and self._end_motion(task.number)):
                     tasks.stop_tasks([task])
                 return True
-        end = self._ends.get(wanted)
         if end is not None:
             end()
         return end is not None

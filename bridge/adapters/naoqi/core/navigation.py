@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CAMERAS
-from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.memory import Events, stamp
+from bridge.adapters.naoqi.core.memory import stamp
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.declared import Pairs, Range, number, offers
 from bridge.types import Vec2
 
@@ -20,45 +20,14 @@ MAX_DISTANCE: Final = 3.0
 """Longest way of `navigateTo`, m (vendor's page)."""
 
 
-Walks = Mapping[str, Callable[..., Any]]
-"""Walking methods of ALMotion by name."""
+class Navigation(Service):
+    """`ALNavigation`, and the walks of `ALVisualCompass`."""
 
+    @property
+    def _walks(self) -> Mapping[str, Callable[..., Any]]:
+        return self._robot.walks
 
-class Navigation:
-    """`ALNavigation`, and the walks of `ALVisualCompass`.
-
-    Args:
-        walks: methods of ALMotion.
-    """
-
-    def __init__(self, walks: Walks) -> None:
-        self._walks = walks
-
-    @offers("ALNavigation.move", kind="walk", partly="as ALMotion.move; no obstacle is seen", begins_walk=True)
-    def _move(self, x: Any, y: Any, theta: Any, *config: Any) -> Any:
-        return self._walks["move"](x, y, theta, *config)
-
-    @offers(
-        "ALNavigation.moveTo", kind="walk", partly="as ALMotion.moveTo; no obstacle is seen", begins_walk=True
-    )
-    def _move_to(self, *arguments: Any) -> Any:
-        return self._walks["moveTo"](*arguments)
-
-    @offers(
-        "ALNavigation.moveToward",
-        kind="walk",
-        partly="as ALMotion.moveToward; no obstacle is seen",
-        begins_walk=True,
-    )
-    def _move_toward(self, x: Any, y: Any, theta: Any, *config: Any) -> Any:
-        return self._walks["moveToward"](x, y, theta, *config)
-
-    @offers(
-        "ALNavigation.navigateTo",
-        kind="walk",
-        partly="straight there: no obstacle is seen; SpeedFactor counts as MaxStepFrequency",
-        begins_walk=True,
-    )
+    @offers("ALNavigation.navigateTo", kind="walk", begins_walk=True)
     def navigate_to(self, x: float, y: float, config: Pairs | None = None) -> Any:
         """Walk to a place relative to the robot, m; false: too far, and no walk begins."""
         method = "ALNavigation.navigateTo"
@@ -69,11 +38,7 @@ class Navigation:
         speed = [["MaxStepFrequency", min(1.0, max(0.0, factors[-1]))]] if factors else []
         return self._walks["moveTo"](x, y, 0.0, speed)
 
-    @offers(
-        "ALVisualCompass.moveTo",
-        kind="walk",
-        partly="by ALMotion.moveTo: a turn, straight ahead, a turn; nothing corrects it",
-    )
+    @offers("ALVisualCompass.moveTo", kind="walk")
     def turn_and_go(self, x: Length, y: Length, theta: Length) -> Any:
         """Turn to a place, walk straight ahead to it, turn; m and rad relative to the robot."""
         distance = math.hypot(x, y)
@@ -81,68 +46,48 @@ class Navigation:
         ways = [[0.0, 0.0, first], [distance, 0.0, 0.0], [0.0, 0.0, math.remainder(theta - first, math.tau)]]
         return self._walks["moveTo"]([way for way in ways if any(way)] or [[0.0, 0.0, 0.0]])
 
-    @offers(
-        "ALVisualCompass.moveStraightTo",
-        kind="walk",
-        partly="by ALMotion.moveTo; nothing corrects it",
-        begins_walk=True,
-    )
+    @offers("ALVisualCompass.moveStraightTo", kind="walk", begins_walk=True)
     def _straight(self, distance: Length) -> Any:
         return self._walks["moveTo"](distance, 0.0, 0.0)
-
-    @offers("ALVisualCompass.waitUntilTargetReached", kind="walk")
-    def _wait(self) -> Any:
-        return self._walks["waitUntilMoveIsFinished"]()
 
 
 Length = Annotated[float, Range(-1e4, 1e4)]
 """m or rad"""
 
 
-class VisualCompass:
-    """`ALVisualCompass`: turn of the camera since its reference; not thread-safe, the caller locks.
+class VisualCompass(VisionExtractor):
+    """`ALVisualCompass`: turn of the camera since its reference."""
 
-    Args:
-        frames: of the robot.
-        events: to be raised.
-        place: of the robot by the odometry, m and rad.
-    """
+    service = "ALVisualCompass"
 
-    def __init__(self, frames: RobotFrames, events: Events, place: Callable[[], Sequence[float]]) -> None:
-        self._frames, self._events, self._place = frames, events, place
-        self.extractor = VisionExtractor(
-            "ALVisualCompass",
-            events,
-            ["VisualCompass/Deviation"],
-            left_out="by joints and odometry, not by pictures",
-        )
-        self._refreshes, self._running, self._due = True, False, 0
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._refreshes, self._ran, self._due = True, False, 0
         self._reference: Vec2 | None = None
         """Direction of the camera's axis at the reference."""
 
     def update(self, now: int) -> None:
         """Raise the event at the subscribers' period, in the cycle at `now` of the robot's clock, ms."""
-        began = self.extractor.running and not self._running
-        self._running = self.extractor.running
+        began, self._ran = self.running and not self._ran, self.running
         if began and (self._refreshes or self._reference is None):
             self._refer()
-        if not self.extractor.processing or now < self._due or self._reference is None:
+        if not self.processing or now < self._due or self._reference is None:
             return
-        self._due = now + max(10, self.extractor.period)
+        self._due = now + max(10, self.period)
         wy, wz = (now_ - then for now_, then in zip(self._direction(), self._reference, strict=True))
         deviation = [wy, math.remainder(wz, math.tau)]
-        self._events.raise_event("VisualCompass/Deviation", [deviation, list(self._place()), stamp()])
+        self._events.raise_event("VisualCompass/Deviation", [deviation, list(self._robot.place()), stamp()])
 
     def _direction(self) -> Vec2:
         """Direction of the camera's axis in FRAME_WORLD, rad: pitch down and heading."""
-        x, y, z, _ = self._frames.transform(CAMERAS[self.extractor.camera], 1, True)[:, 0]
+        x, y, z, _ = self._frames.transform(CAMERAS[self.camera], 1, True)[:, 0]
         return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
 
-    @offers("ALVisualCompass.setCurrentImageAsReference", partly="as subscribe")
+    @offers("ALVisualCompass.setCurrentImageAsReference")
     def _refer(self) -> bool:
         self._reference = self._direction()
         return True
 
-    @offers("ALVisualCompass.enableReferenceRefresh", partly="as subscribe")
+    @offers("ALVisualCompass.enableReferenceRefresh")
     def _refresh(self, enabled: bool) -> None:
         self._refreshes = enabled

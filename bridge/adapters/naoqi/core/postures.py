@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from typing import Annotated, Any, Final, Literal
 
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import Joints, slot
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import Fraction, offers, text
+from bridge.adapters.naoqi.core.joints import slot
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import Fraction, OneOf, offers
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import HANDS
@@ -27,78 +27,6 @@ _TRANSITIONS: Final[dict[str, tuple[Family, str]]] = {
 """Family -> the family before it, and the motion from there; all ways lead through a stand."""
 
 
-class PostureTransitions:
-    """Transitions of one robot; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-    """
-
-    def __init__(self, joints: Joints) -> None:
-        self._joints = joints
-        self.under_way = False
-        """The torso leans because of a motion."""
-
-    def family(self) -> Family:
-        """Posture family by the fused angle and the legs; on a side `Unknown`."""
-        frame = self._joints.frame
-        lying_side = lying(frame.angle)
-        if lying_side == "upright":
-            return "Standing" if stands(self._joints.body, frame) else "Sitting"
-        return _LYING_FAMILIES.get(lying_side, "Unknown")
-
-    def to(self, family: Family) -> MotionTask:
-        """The task of a transition to a family; its result is whether the robot is in it.
-
-        Raises:
-            NaoqiRefused: this body lacks a motion.
-        """
-        return self._play_all(self._players(family), family)
-
-    def _players(self, family: Family) -> list[GetUp | MotionPlayer]:
-        """Remaining motions."""
-        body, here = self._joints.body, self.family()
-        if here == family:
-            return []
-        if family == "Standing":
-            motions = get_up_motions(body)
-            if lying(self._joints.frame.angle) not in motions:
-                raise NaoqiRefused(f"ALRobotPosture.goToPosture: no motion gets a {body.name} up from here.")
-            return [GetUp(motions, body)]
-        before, kind = _TRANSITIONS[family]
-        motion: Motion | None = motion_for(kind, body)
-        if motion is None:
-            raise NaoqiRefused(
-                f"ALRobotPosture.goToPosture: no motion brings a {body.name} from {before} to {family}; "
-                "applyPosture moves the joints there as they are."
-            )
-        return [*self._players(before), MotionPlayer(motion, body)]
-
-    def _play_all(self, players: list[GetUp | MotionPlayer], family: Family) -> MotionTask:
-        try:
-            for player in players:
-                self.under_way = True
-                yield from self._play(player)
-                if player.failed:
-                    break
-        finally:
-            self.under_way = False
-        return self.family() == family
-
-    def _play(self, player: GetUp | MotionPlayer) -> Iterator[int]:
-        joints, before = self._joints, self._joints.frame.time
-        while True:
-            frame = joints.frame
-            position = list(player.advance(frame, frame.time - before))
-            before = frame.time
-            if player.done:
-                return
-            for hand in HANDS:
-                position[slot(hand)] = frame.position[slot(hand)]
-            joints.dcm.put_frame(position, (player.stiffness,) * N_JOINTS)
-            yield joints.now
-
-
 FAMILIES: Final[dict[str, Family]] = {
     "Stand": "Standing",
     "StandInit": "Standing",
@@ -110,20 +38,6 @@ FAMILIES: Final[dict[str, Family]] = {
     "LyingBack": "LyingBack",
 }
 """Posture -> its family: standing, sitting or lying."""
-_FAMILY_NAMES: Final = (
-    *(
-        "Standing",
-        "Crouching",
-        "Sitting",
-        "SittingOnChair",
-        "LyingBelly",
-        "LyingBack",
-        "LyingLeft",
-        "LyingRight",
-    ),
-    *("Belly", "Back", "Left", "Right"),
-)
-"""Confirmed: vendor's page on postures."""
 LEG_SPEED: Final = 1.0
 """rad/s of a leg joint between postures at most, at speed 1: the robot tips over at faster ones (the robot's
 own planner is not published; assumed)."""
@@ -149,28 +63,17 @@ PyBullet)."""
 _LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
 
 
-def _checked_posture(name: Any, label: str) -> str:
-    posture = text(name, label)
-    if posture not in POSTURES:
-        raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
-    return posture
+Posture = Annotated[str, OneOf("posture", POSTURES)]
 
 
-Posture = Annotated[str, _checked_posture]
+class Postures(Service):
+    """Postures of one robot."""
 
-
-class Postures:
-    """Postures of one robot; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-        motion: moves them.
-        tasks: for calls that end with the motion.
-    """
-
-    def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks) -> None:
-        self._joints, self._motion, self._tasks = joints, motion, tasks
-        self._transitions = PostureTransitions(joints)
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        joints = self._joints
+        self.leaning = False
+        """The torso leans because of a transition, which is no fall."""
         self._all = joints.names.all
         self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
         """Whether the last of waking and resting is waking."""
@@ -181,7 +84,7 @@ class Postures:
         best, off = "Unknown", _MAX_DEVIATION
         for name in POSTURES:
             furthest = self._deviation(name)
-            if furthest <= off and FAMILIES[name] == self._transitions.family():
+            if furthest <= off and FAMILIES[name] == self._legs_family():
                 best, off = name, furthest
         return best
 
@@ -191,19 +94,10 @@ class Postures:
         posture = self.now()
         return "Crouching" if posture == "Crouch" else FAMILIES.get(posture, "Unknown")
 
-    @property
-    def leaning(self) -> bool:
-        """The torso leans because of a transition, which is no fall."""
-        return self._transitions.under_way
-
     @offers("ALRobotPosture.goToPosture", kind="posture")
     def go_to(self, name: Posture, speed: Fraction) -> Future[Any]:
-        """Move to a posture: get up, sit down or lie down, then joint by joint; true: the robot rests in it.
-
-        Raises:
-            NaoqiRefused: unknown posture, or the body lacks a motion to it.
-        """
-        way = self._transitions.to(FAMILIES[name])
+        """Move to a posture: get up, sit down or lie down, then joint by joint; true: the robot rests in it."""
+        way = self._play_all(self._players(FAMILIES[name]), FAMILIES[name])
 
         def task() -> MotionTask:
             if not (yield from way):
@@ -219,6 +113,7 @@ class Postures:
         task = self._stiffen_and_reach(name, speed)
         return self._tasks.begin(task, "applyPosture", self._all, locks=True, stopped=False)
 
+    @offers("ALMotion.wakeUp", kind="posture")
     def wake_up(self) -> Future[Any]:
         """Switch the stiffness on, and stand up from a crouch."""
 
@@ -228,25 +123,31 @@ class Postures:
             if self.now() == "Crouch":
                 yield from self._reach("StandInit", REST_SPEED)
 
-        return self._tasks.begin(task(), "wakeUp", self._all)
+        return self._announced("wakeUp", task(), self._all)
 
+    @offers("ALMotion.rest", kind="posture")
     def rest(self, part: Any = "Body") -> Future[Any]:
         """Crouch, if the robot is upright, and switch the stiffness off; without legs only the latter."""
         joints = self._joints.names.resolve(part)
         if not set(joints) & set(_LEGS):
-            return self._tasks.begin(
-                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFEN_TIME]] * len(joints)),
-                "rest",
-                joints,
-            )
+            limp = self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFEN_TIME]] * len(joints))
+            return self._announced("rest", limp, joints)
 
         def task() -> MotionTask:
-            if self._transitions.family() == "Standing" and self.now() != "Crouch":
+            if self._legs_family() == "Standing" and self.now() != "Crouch":
                 yield from self._reach("Crouch", REST_SPEED)
             yield from self._stiffen(0.0, legs=REST_STIFFNESS)
             self.awake = False
 
-        return self._tasks.begin(task(), "rest", self._all)
+        return self._announced("rest", task(), self._all)
+
+    def _announced(self, name: str, task: MotionTask, joints: Sequence[str]) -> Future[Any]:
+        """Begin a task, with events of its beginning and its end: `<name>Started` and `<name>Finished`."""
+        done = self._tasks.begin(task, name, joints)
+        self._events.raise_event(f"ALMotion/Stiffness/{name}Started", True)
+        finished = f"ALMotion/Stiffness/{name}Finished"
+        done.add_done_callback(lambda _: self._events.raise_event(finished, True))
+        return done
 
     def _stiffen(self, value: float, legs: float) -> MotionTask:
         values = [[legs if joint in _LEGS else value] for joint in self._all]
@@ -259,7 +160,7 @@ class Postures:
             self.awake = True
         yield from self._reach(posture, speed_fraction)
         yield from self._settle()
-        return self._deviation(posture) <= _MAX_DEVIATION and self._transitions.family() == FAMILIES[posture]
+        return self._deviation(posture) <= _MAX_DEVIATION and self._legs_family() == FAMILIES[posture]
 
     def _settle(self) -> MotionTask:
         """Wait until the torso is still."""
@@ -285,10 +186,56 @@ class Postures:
         yield from self._motion.interpolate(self._all, values, [[seconds]] * len(self._all))
         return True
 
-    @offers("ALRobotPosture.setMaxTryNumber", partly="one try is made")
-    def _set_max_try_number(self, _number: Any) -> Any:
-        return None
+    def _legs_family(self) -> Family:
+        """Posture family by the fused angle and the legs; on a side `Unknown`."""
+        frame = self._joints.frame
+        lying_side = lying(frame.angle)
+        if lying_side == "upright":
+            return "Standing" if stands(self._joints.body, frame) else "Sitting"
+        return _LYING_FAMILIES.get(lying_side, "Unknown")
+
+    def _players(self, family: Family) -> list[GetUp | MotionPlayer]:
+        """Remaining motions."""
+        body, here = self._joints.body, self._legs_family()
+        if here == family:
+            return []
+        if family == "Standing":
+            motions = get_up_motions(body)
+            if lying(self._joints.frame.angle) not in motions:
+                raise NaoqiRefused(f"ALRobotPosture.goToPosture: no motion gets a {body.name} up from here.")
+            return [GetUp(motions, body)]
+        before, kind = _TRANSITIONS[family]
+        motion: Motion | None = motion_for(kind, body)
+        if motion is None:
+            raise NaoqiRefused(
+                f"ALRobotPosture.goToPosture: no motion brings a {body.name} from {before} to {family}; "
+                "applyPosture moves the joints there as they are."
+            )
+        return [*self._players(before), MotionPlayer(motion, body)]
+
+    def _play_all(self, players: list[GetUp | MotionPlayer], family: Family) -> MotionTask:
+        try:
+            for player in players:
+                self.leaning = True
+                yield from self._play(player)
+                if player.failed:
+                    break
+        finally:
+            self.leaning = False
+        return self._legs_family() == family
+
+    def _play(self, player: GetUp | MotionPlayer) -> Iterator[int]:
+        joints, before = self._joints, self._joints.frame.time
+        while True:
+            frame = joints.frame
+            position = list(player.advance(frame, frame.time - before))
+            before = frame.time
+            if player.done:
+                return
+            for hand in HANDS:
+                position[slot(hand)] = frame.position[slot(hand)]
+            joints.dcm.put_frame(position, (player.stiffness,) * N_JOINTS)
+            yield joints.now
 
     _robot_is_wake_up = offers("ALMotion.robotIsWakeUp")(lambda self: self.awake)
     _get_posture_list = offers("ALRobotPosture.getPostureList")(lambda self: sorted(POSTURES))
-    _get_posture_family_list = offers("ALRobotPosture.getPostureFamilyList")(lambda self: list(_FAMILY_NAMES))

@@ -11,9 +11,8 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from bridge.adapters.naoqi.core.frames import LinkFrames
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
-from bridge.adapters.naoqi.core.sensing import CONTACT_FORCE
+from bridge.adapters.naoqi.core.joints import CHAINS, CONTACT_FORCE, slot
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.declared import OneOf, Pairs, Setting, flag, offers, text
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
@@ -38,27 +37,16 @@ def stays_stiff(stiffnesses: Any) -> bool:
     return all(isinstance(value, int | float) and value > WALK_STIFFNESS for value in values)
 
 
-class WalkProtection:
-    """Conditions of a walk; not thread-safe, the caller locks.
+class WalkProtection(Service):
+    """Conditions of a walk."""
 
-    Args:
-        joints: of the robot.
-    """
-
-    def __init__(self, joints: Joints) -> None:
-        self._joints = joints
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
         self._enabled = {FOOT_CONTACT: True, LEG_STIFFNESS: True, FALL_MANAGER_SWITCH: True}
 
-    @offers(
-        "ALMotion.setMotionConfig",
-        partly="two conditions of a walk's beginning; the fall manager may always be switched off",
-    )
+    @offers("ALMotion.setMotionConfig")
     def configure(self, config: Pairs) -> None:
-        """Switch conditions on or off: `[[name, True or False], ...]`.
-
-        Raises:
-            NaoqiRefused: not such a list, or an unknown name; nothing is changed then.
-        """
+        """Switch conditions on or off: `[[name, True or False], ...]`."""
         wanted = {}
         for name, value in config:
             if text(name, "ALMotion.setMotionConfig: name") not in self._enabled:
@@ -67,14 +55,7 @@ class WalkProtection:
         self._enabled |= wanted
 
     def require(self, method: str) -> None:
-        """Check that a walk may begin.
-
-        Args:
-            method: that begins it, with its service.
-
-        Raises:
-            NaoqiRefused: names the unmet condition.
-        """
+        """Check that a walk may begin."""
         frame = self._joints.frame
         if self._enabled[FOOT_CONTACT] and sum(frame.fsr) <= CONTACT_FORCE:
             raise NaoqiRefused(
@@ -95,27 +76,17 @@ FALL_STIFFNESS: Final = FallSettings().stiffness
 """Stiffness of all joints in a fall (assumed: by the vendor's page the stiffness is reduced)."""
 
 
-class FallManager:
-    """Detection of and reaction to falls; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-        motion: its motions end in a fall.
-    """
+class FallManager(Service):
+    """Detection of falls, in which all motions end."""
 
     enabled = Setting("ALMotion.FallManagerEnabled", True, bool)
 
-    def __init__(self, joints: Joints, motion: JointMotion) -> None:
-        self._joints, self._motion = joints, motion
-        self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._monitor = FallMonitor(robot.body, FallSettings(), STANCE)
 
     def update(self, frame: SensorFrame, *, leaning: bool) -> bool:
-        """Update in each cycle; whether the robot becomes limp.
-
-        Args:
-            frame: newest.
-            leaning: the torso leans because of a transition, which is no fall.
-        """
+        """Update in each cycle; whether the robot becomes limp."""
         if not self._monitor.update(frame) or leaning or not self.enabled:
             return False
         self._motion.end_all()
@@ -138,12 +109,7 @@ _DELTA: Final = 1e-3
 
 
 class ArmClearance:
-    """Distances of forearm and hand from torso, head, legs and the other arm.
-
-    Args:
-        body: Data sheet.
-        links: its forward kinematics.
-    """
+    """Distances of forearm and hand from torso, head, legs and the other arm."""
 
     def __init__(self, body: Body, links: LinkFrames) -> None:
         self._links, self._body = links, body
@@ -197,19 +163,15 @@ def _from_limb(points: Array, frame: Array, top: float, bottom: float, radius: f
     return distances
 
 
-class ArmProtection:
-    """Keeps arms clear of the body; not thread-safe, the caller locks.
+class ArmProtection(Service):
+    """Keeps arms clear of the body."""
 
-    Args:
-        joints: of the robot.
-        links: forward kinematics of the body.
-    """
-
-    def __init__(self, joints: Joints, links: LinkFrames) -> None:
-        self._joints, self._clearance = joints, ArmClearance(joints.body, links)
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._clearance = ArmClearance(robot.body, robot.frames.links)
         self._enabled = {"LArm", "RArm"}
         """Both at the start (confirmed: as in `robot_facts`)."""
-        joints.shield = self._clear
+        self._joints.shield = self._clear
 
     def _clear(self, wanted: tuple[float, ...], sent: tuple[float, ...]) -> tuple[float, ...]:
         """Safe positions for 25 wanted ones, from the last ones sent, rad."""
@@ -243,16 +205,13 @@ class ArmProtection:
         after: Array = before + np.clip(step, -reach, reach)
         return after if clearance(after) >= min(least, now) else before
 
-    @offers(
-        "ALMotion.setCollisionProtectionEnabled",
-        partly="forearm and hand, of joint methods; a limp arm stays limp",
-    )
+    @offers("ALMotion.setCollisionProtectionEnabled")
     def _enable(self, chain: Chain, enabled: bool) -> bool:
         change = self._enabled.update if enabled else self._enabled.difference_update
         change(ARMS[chain])
         return True
 
-    @offers("ALMotion.isCollision", partly="forearm and hand")
+    @offers("ALMotion.isCollision")
     def _state(self, chain: Chain) -> str:
         """State by the commands: an arm sent into the body touches it."""
         arms = ARMS[chain]

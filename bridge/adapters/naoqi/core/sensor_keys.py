@@ -23,22 +23,16 @@ FSR_KEYS: Final = tuple(
     for cell in ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 )
 """In the order of `SensorFrame.fsr`."""
-TOUCH_KEYS: Final = (
-    "ChestBoard/Button/Sensor/Value",
-    "Head/Touch/Front/Sensor/Value",
-    "Head/Touch/Middle/Sensor/Value",
-    "Head/Touch/Rear/Sensor/Value",
-    "LFoot/Bumper/Left/Sensor/Value",
-    "LFoot/Bumper/Right/Sensor/Value",
-    "LHand/Touch/Back/Sensor/Value",
-    "LHand/Touch/Left/Sensor/Value",
-    "LHand/Touch/Right/Sensor/Value",
-    "RFoot/Bumper/Left/Sensor/Value",
-    "RFoot/Bumper/Right/Sensor/Value",
-    "RHand/Touch/Back/Sensor/Value",
-    "RHand/Touch/Left/Sensor/Value",
-    "RHand/Touch/Right/Sensor/Value",
-)
+TOUCH_EVENTS: Final = {
+    "ChestBoard/Button": "ChestButtonPressed",
+    **{f"Head/Touch/{part}": f"{part}TactilTouched" for part in ("Front", "Middle", "Rear")},
+    **{f"LFoot/Bumper/{side}": "LeftBumperPressed" for side in ("Left", "Right")},
+    **{f"LHand/Touch/{part}": f"HandLeft{part}Touched" for part in ("Back", "Left", "Right")},
+    **{f"RFoot/Bumper/{side}": "RightBumperPressed" for side in ("Left", "Right")},
+    **{f"RHand/Touch/{part}": f"HandRight{part}Touched" for part in ("Back", "Left", "Right")},
+}
+"""Button -> its event; both bumpers of a foot have the same."""
+TOUCH_KEYS: Final = tuple(f"{button}/Sensor/Value" for button in TOUCH_EVENTS)
 """In the order of `SensorFrame.touch`."""
 BATTERY_KEYS: Final = (
     "Battery/Charge/Sensor/Value",

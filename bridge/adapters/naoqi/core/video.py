@@ -10,10 +10,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.memory import stamp
-from bridge.adapters.naoqi.declared import INERT, Own, Range, Vector, offers, text
-from bridge.body import Body
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import OneOf, Own, Range, Vector, offers, text
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
 
@@ -51,44 +50,22 @@ class _CameraSubscription:
     """Earliest time of the next picture, this machine's clock, s."""
 
 
-def camera_number(camera: Any, label: str) -> int:
-    """0 top, 1 bottom.
-
-    Raises:
-        NaoqiRefused: anything else.
-    """
-    if isinstance(camera, bool) or camera not in (0, 1):
-        raise NaoqiRefused(f"{label} {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
-    return int(camera)
-
-
-def _colour_space(space: Any, label: str) -> int:
-    if not _is_number(space) or space not in PIXEL_BYTES:
-        raise NaoqiRefused(
-            f"{label} {space!r:.40} is not offered; 0 to 8 (one channel), 9 (YUV 4:2:2), 10 (YUV), 11 (RGB), "
-            "12 (HSY) and 13 (BGR) are."
-        )
-    return int(space)
-
-
-CameraNumber = Annotated[int, camera_number]
-ColourSpace = Annotated[int, _colour_space]
+_CAMERA: Final = OneOf("camera", (0, 1))
+CameraNumber = Annotated[int, _CAMERA]
+"""0 top, 1 bottom."""
+ColourSpace = Annotated[int, OneOf("colour space", PIXEL_BYTES)]
 Rate = Annotated[int, Range(1, MAX_RATE)]
 Pair = Annotated[list[float], Vector("x, y", -10.0, 10.0)]
 Handle = Annotated[_CameraSubscription, Own("_subscription")]
 """Handle of a subscription, by its handle or name."""
 
 
-class VideoDevice:
-    """Methods of `ALVideoDevice`; not thread-safe, the caller locks.
+class VideoDevice(Service):
+    """Methods of `ALVideoDevice`."""
 
-    Args:
-        body: of the robot.
-        feed: pictures of its cameras.
-    """
-
-    def __init__(self, body: Body, feed: CameraFeed) -> None:
-        self._cameras, self._feed = cameras(body), feed
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._cameras, self._feed = cameras(robot.body), robot.feed
         self._subscriptions: dict[str, _CameraSubscription] = {}
         self._active = 0
         self._parameters: tuple[dict[int, int], dict[int, int]] = (dict(PARAMETERS), dict(PARAMETERS))
@@ -105,9 +82,6 @@ class VideoDevice:
             resolution: a key of `RESOLUTIONS`.
             space: a key of `PIXEL_BYTES`.
             rate: pictures a second, 1 to 30.
-
-        Raises:
-            NaoqiRefused: an unknown value, or too many subscriptions.
         """
         method = "ALVideoDevice.subscribeCamera"
         size = self._resolution(resolution, camera, method)
@@ -130,11 +104,7 @@ class VideoDevice:
         """End a subscription; False: there is none."""
         return any(self._subscriptions.pop(known, None) for known in (handle, f"{handle}_0"))
 
-    @offers(
-        "ALVideoDevice.getImageRemote",
-        partly="drawn: without noise, distortion and blur; uneven ground is drawn flat",
-    )
-    @offers("ALVideoDevice.getImageLocal", partly="as getImageRemote")
+    @offers("ALVideoDevice.getImageRemote", "ALVideoDevice.getImageLocal")
     def image(self, handle: Handle) -> Future[Any] | None:
         """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
 
@@ -180,7 +150,7 @@ class VideoDevice:
         found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
         return found or _CameraSubscription(self._active, -1, -1, -1)
 
-    @offers("ALVideoDevice.setCameraParameter", partly=INERT)
+    @offers("ALVideoDevice.setCameraParameter")
     def _set_of(self, handle: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
         if parameter == _CAMERA_SELECT_ID:
@@ -189,11 +159,8 @@ class VideoDevice:
         return self._set_parameter(self._subscription(handle).camera, parameter, value)
 
     def _resolution(self, resolution: Any, camera: int, method: str) -> int:
-        there = {k: v for k, v in RESOLUTIONS.items() if v <= self._cameras[camera].largest}
-        if not _is_number(resolution) or resolution not in there:
-            sizes = ", ".join(f"{k} ({v} x {3 * v // 4})" for k, v in there.items())
-            raise NaoqiRefused(f"{method}: resolution {resolution!r:.40} is not offered; {sizes} are.")
-        return int(resolution)
+        there = [k for k, v in RESOLUTIONS.items() if v <= self._cameras[camera].largest]
+        return int(OneOf("resolution", there)(resolution, f"{method}: resolution"))
 
     @offers("ALVideoDevice.getActiveCamera")
     def _get_active(self, handle: Any = None) -> int:
@@ -202,7 +169,7 @@ class VideoDevice:
     @offers("ALVideoDevice.setActiveCamera")
     def _set_active(self, first: Any, camera: Any = None) -> bool:
         """`(camera)` for all subscriptions by `subscribe`, or `(handle, camera)`."""
-        number = camera_number(first if camera is None else camera, "ALVideoDevice.setActiveCamera: camera")
+        number = _CAMERA(first if camera is None else camera, "ALVideoDevice.setActiveCamera: camera")
         if camera is not None:
             self._subscription(first).camera = number
             return True
@@ -228,7 +195,6 @@ class VideoDevice:
 
     @offers(
         *(f"ALVideoDevice.{done}Camera" for done in ("open", "close", "start", "stop")),
-        partly="the cameras are always open",
     )
     @offers("ALVideoDevice.isCameraOpen", "ALVideoDevice.isCameraStarted")
     def _is_there(self, camera: CameraNumber) -> bool:
@@ -238,23 +204,20 @@ class VideoDevice:
     def _camera_name(self, camera: CameraNumber) -> str:
         return self._cameras[camera].name
 
-    @offers("ALVideoDevice.getCameraModel", partly="the number on a V6 is assumed")
+    @offers("ALVideoDevice.getCameraModel")
     def _camera_model(self, camera: CameraNumber) -> int:
         return _MODELS[self._cameras[0].largest]
 
-    @offers("ALVideoDevice.getHorizontalFOV")
-    def _horizontal_field(self, camera: CameraNumber) -> float:
-        return self._cameras[camera].field[0]
-
-    @offers("ALVideoDevice.getVerticalFOV")
-    def _vertical_field(self, camera: CameraNumber) -> float:
-        return self._cameras[camera].field[1]
+    @offers("ALVideoDevice.getHorizontalFOV", axis=0)
+    @offers("ALVideoDevice.getVerticalFOV", axis=1)
+    def _field(self, camera: CameraNumber, *, axis: int) -> float:
+        return self._cameras[camera].field[axis]
 
     @offers("ALVideoDevice.getParameter")
     def _get_parameter(self, camera: CameraNumber, parameter: Any) -> int:
         return self._parameters[camera].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
 
-    @offers("ALVideoDevice.setParameter", partly=INERT)
+    @offers("ALVideoDevice.setParameter")
     def _set_parameter(
         self, camera: CameraNumber, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
     ) -> bool:
@@ -264,7 +227,7 @@ class VideoDevice:
         self._parameters[camera][parameter] = PARAMETERS[parameter] if value is None else round(value)
         return True
 
-    @offers("ALVideoDevice.setParam", partly=INERT)
+    @offers("ALVideoDevice.setParam")
     def _old_set(self, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setParam` of the active camera; `kCameraSelectID` chooses it."""
         if parameter == _CAMERA_SELECT_ID:
@@ -276,7 +239,7 @@ class VideoDevice:
         for handle in [h for h in self._subscriptions if name in (h, h.rpartition("_")[0])]:
             del self._subscriptions[handle]
 
-    @offers("ALVideoDevice.setAllParametersToDefault", partly=INERT)
+    @offers("ALVideoDevice.setAllParametersToDefault")
     def _reset(self, camera: CameraNumber) -> bool:
         self._parameters[camera].update(PARAMETERS)
         return True
@@ -311,7 +274,7 @@ class VideoDevice:
     def _get_param(self, parameter: Any) -> Any:
         return self._active if parameter == _CAMERA_SELECT_ID else self._get_parameter(self._active, parameter)
 
-    @offers("ALVideoDevice.setParameterToDefault", partly=INERT)
+    @offers("ALVideoDevice.setParameterToDefault")
     def _set_parameter_to_default(self, camera: CameraNumber, parameter: Any) -> Any:
         return self._set_parameter(camera, parameter)
 
@@ -319,30 +282,18 @@ class VideoDevice:
     def _get_camera_parameter(self, handle: Handle, parameter: Any) -> Any:
         return self._get_parameter(handle.camera, parameter)
 
-    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=INERT)
+    @offers("ALVideoDevice.setAllCameraParametersToDefault")
     def _set_all_camera_parameters_to_default(self, handle: Handle) -> Any:
         return self._reset(handle.camera)
 
     _get_subscribers = offers("ALVideoDevice.getSubscribers")(lambda self: list(self._subscriptions))
-    _get_camera_indexes = offers("ALVideoDevice.getCameraIndexes")(lambda self: [0, 1])
-    _has_depth_camera = offers("ALVideoDevice.hasDepthCamera")(lambda self: False)
 
     @offers("ALVideoDevice.releaseImage")
     def _release_image(self, handle: Handle) -> bool:
         return handle.rate > 0
 
-    @offers("ALVideoDevice.getResolution")
-    def _get_resolution(self, handle: Handle) -> int:
-        return handle.resolution
-
-    @offers("ALVideoDevice.getColorSpace")
-    def _get_colour_space(self, handle: Handle) -> int:
-        return handle.space
-
-    @offers("ALVideoDevice.getFrameRate")
-    def _get_frame_rate(self, handle: Handle) -> int:
-        return handle.rate
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    @offers("ALVideoDevice.getResolution", quantity="resolution")
+    @offers("ALVideoDevice.getColorSpace", quantity="space")
+    @offers("ALVideoDevice.getFrameRate", quantity="rate")
+    def _get(self, handle: Handle, *, quantity: str) -> Any:
+        return getattr(handle, quantity)

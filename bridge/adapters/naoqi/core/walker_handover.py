@@ -21,8 +21,8 @@ from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_lost
 from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused, WalkRefused
 from bridge.link.client import WalkClient
 from bridge.messages.walk import WalkStatus
+from bridge.planar import Pose2D
 from bridge.realtime import leave_real_time
-from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
@@ -40,9 +40,8 @@ _MAX_START_CYCLES: Final = 200
 _WALKING: Final = ("walk", "stopping")
 
 
-Way = Callable[[], tuple[Vec3, Vec3]]
-"""Returns x, y (m) and yaw (rad) of a goal in the robot's frame, and a velocity: the walk uses as much of the
-gait's limits as this one."""
+Order = dict[str, Any]
+"""Velocity, and target (x, y, m, and yaw, rad, in the robot's frame) or distance (m), of `WalkClient.walk`."""
 
 
 class StartedWalker(Protocol):
@@ -67,24 +66,21 @@ class JointOwner(Protocol):
 
 
 class WalkerHandover:
-    """Starts and ends the walker, and passes walks to it; thread-safe: its one thread does all in order.
-
-    Args:
-        owner: gives and takes the joints.
-        start: starts a walker that serves.
-        client: opens a client of the walk command.
-        gait: to walk in.
-    """
+    """Starts and ends the walker, and passes walks to it; thread-safe: its one thread does all in order."""
 
     def __init__(
-        self, owner: JointOwner, start: Callable[[], StartedWalker], client: Callable[[], WalkClient], gait: str
+        self,
+        owner: JointOwner,
+        start: Callable[[], StartedWalker],
+        client: Callable[[], WalkClient],
+        gait: str,
     ) -> None:
         self._owner, self._start, self._open = owner, start, client
         self._gait = gait
         self._walker: StartedWalker | None = None
         self._client: WalkClient | None = None
         self._status: WalkStatus | None = None
-        self._origin: Vec3 = (0.0, 0.0, 0.0)
+        self._origin = Pose2D()
         """Beginning of the present walker's plan."""
         self._holds = False
         """Whether the walker holds the robot, or is about to."""
@@ -92,7 +88,7 @@ class WalkerHandover:
         """Frame of an accepted walk that has not begun; 0: none."""
         self._stopping = False
         """Whether the walk is to end."""
-        self._goal: Vec3 | None = None
+        self._goal: Pose2D | None = None
         """Goal of the last order, as `position`; None: none."""
         self._ends: dict[Future[Any], bool | None] = {}
         """Calls that wait for the end of the walk, with the result of each if it is interrupted."""
@@ -124,7 +120,6 @@ class WalkerHandover:
         """Take the robot back from the walker, then do `work`.
 
         Args:
-            work: commands the joints.
             stop: end a walk for it; otherwise wait for a stopping walk, and refuse during another one.
         """
 
@@ -178,51 +173,29 @@ class WalkerHandover:
         except NaoHilError as error:
             logger.warning("%s", error)
 
-    def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
-        """Walk a distance; the future is done at the end of the walk: true, or false after another order.
+    def walk_to(self, ask: Callable[[], Order | None], *, wait: bool = True) -> Future[Any]:
+        """Walk by an order, which is asked for at the beginning of this walk; None: no walk.
 
-        Args:
-            velocity: as for `walk`.
-            distance: m, not negative; 0: no walk.
+        The future is done at the end of the walk: true, or false after another order; without `wait` when the
+        walker has accepted it.
         """
-        order = {"velocity": velocity, "distance": distance} if distance else None
-        return self._walk_to_end(lambda: order)
-
-    def walk_to(self, way: Way) -> Future[Any]:
-        """Walk to a goal; the future is done at the end of the walk: true, or false after another order.
-
-        Args:
-            way: to the goal, called at the beginning of this walk.
-        """
-        return self._walk_to_end(lambda: self._order(way))
-
-    def go_to(self, way: Way) -> Future[Any]:
-        """As `walk_to`, but done when the walker has accepted it."""
-
-        def job() -> None:
-            """In the thread of walks."""
-            order = self._order(way)
-            if order is not None:
-                self._walk(order)
-
-        return self._submit_order(job)
-
-    def _walk_to_end(self, asked: Callable[[], dict[str, Any] | None]) -> Future[Any]:
-        """Walk by an order; the call ends with the walk or its refusal. None: no walk."""
         ended: Future[Any] = Future()
 
         def job() -> None:
             """In the thread of walks."""
-            order = asked()
-            if order is None:
-                ended.set_result(True)
-                return
+            order = ask()
+            target = order.get("target") if order else None
+            self._goal = self.position().pose(Pose2D(*target)) if target else None
             try:
-                self._walk(order)
+                if order is not None:
+                    self._walk(order)
             except NaoHilError as error:
                 ended.set_exception(error)
             else:
-                self._ends[ended] = True
+                if order is None or not wait:
+                    ended.set_result(True if wait else None)
+                else:
+                    self._ends[ended] = True
 
         self._submit_order(job)
         return ended
@@ -245,24 +218,13 @@ class WalkerHandover:
         self._submit(job)
         return ended
 
-    def position(self) -> list[float]:
-        """Pose of the robot by the odometry of its walks since the start: x, y, yaw; m and rad."""
-        here = self._status.position if self._status else (0.0, 0.0, 0.0)
-        return [*planar_point(self._origin, here), self._origin[2] + here[2]]
+    def position(self) -> Pose2D:
+        """Pose of the robot by the odometry of its walks since the start."""
+        return self._origin.pose(Pose2D(*self._status.position)) if self._status else self._origin
 
-    def remaining_way(self) -> Vec3 | None:
+    def remaining_way(self) -> Pose2D | None:
         """The way to the goal of the walk in the robot's frame, m and rad; None: it has none."""
-        if self._goal is None:
-            return None
-        x, y, yaw = self.position()
-        return *planar_local((x, y, yaw), self._goal), self._goal[2] - yaw
-
-    def _order(self, way: Way) -> dict[str, Any] | None:
-        """The order of a walk to a goal, which it stores; None: the goal is reached."""
-        target, velocity = way()
-        x, y, yaw = self.position()
-        self._goal = (*planar_point((x, y, yaw), target), yaw + target[2]) if any(target) else None
-        return {"velocity": velocity, "target": target} if any(target) else None
+        return None if self._goal is None else self.position().local_pose(self._goal)
 
     def velocity(self) -> list[float]:
         """Velocity of the planned steps: m/s, m/s, rad/s."""
@@ -461,8 +423,7 @@ class WalkerHandover:
 
     def _store_position(self) -> None:
         """Store the robot's pose at the end of the walker's odometry."""
-        x, y, yaw = self.position()
-        self._origin, self._status = (x, y, yaw), None
+        self._origin, self._status = self.position(), None
         self._holds, self._accepted = False, 0
 
     def _end_walker(self) -> str:

@@ -12,32 +12,24 @@ from concurrent.futures import Future
 from typing import Annotated, Any, Final, NamedTuple
 
 from bridge.adapters.naoqi.core.motion_tasks import pass_on
-from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
+from bridge.adapters.naoqi.core.walker_handover import Order, WalkerHandover
 from bridge.adapters.naoqi.declared import OneOf, clipped, offers, text
 from bridge.errors import NaoqiRefused
-from bridge.rotations import planar_local, planar_point
+from bridge.planar import Pose2D
 from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
 
-_DEFAULT: Final = {
-    "MaxStepX": 0.04,
-    "MaxStepY": 0.14,
-    "MaxStepTheta": 0.349066,
-    "MaxStepFrequency": 1.0,
-    "StepHeight": 0.02,
-    "TorsoWx": 0.0,
-    "TorsoWy": 0.0,
+_CONFIG: Final = {
+    "MaxStepX": (0.04, 0.001, 0.08),
+    "MaxStepY": (0.14, 0.101, 0.16),
+    "MaxStepTheta": (0.349066, 0.001, 0.524),
+    "MaxStepFrequency": (1.0, 0.0, 1.0),
+    "StepHeight": (0.02, 0.005, 0.04),
+    "TorsoWx": (0.0, -math.radians(7.0), math.radians(7.0)),
+    "TorsoWy": (0.0, -math.radians(7.0), math.radians(7.0)),
 }
-_LIMITS: Final = {
-    "MaxStepX": (0.001, 0.08),
-    "MaxStepY": (0.101, 0.16),
-    "MaxStepTheta": (0.001, 0.524),
-    "MaxStepFrequency": (0.0, 1.0),
-    "StepHeight": (0.005, 0.04),
-    "TorsoWx": (-math.radians(7.0), math.radians(7.0)),
-    "TorsoWy": (-math.radians(7.0), math.radians(7.0)),
-}
+"""Name -> default, smallest and largest value."""
 _FEET: Final = ("Left", "Right")
 _KINDS: Final = ("Default", "Min", "Max")
 _MAX_BACKWARD_STEP: Final = 0.04
@@ -48,12 +40,6 @@ _MIN_FEET_DISTANCE: Final = 0.088
 _SLOW_STEP: Final = 0.6
 QUICK_STEP: Final = 0.42
 """s of a step."""
-
-
-def move_config(kind: str) -> list[list[Any]]:
-    """`getMoveConfig`: `[[name, value], ...]` of `Default`, `Min` or `Max`."""
-    end = kind == "Max"
-    return [[name, _DEFAULT[name] if kind == "Default" else _LIMITS[name][end]] for name in _DEFAULT]
 
 
 class FullSpeed(NamedTuple):
@@ -98,20 +84,17 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
     """The velocities of the longest steps of a configuration.
 
     Args:
-        method: for the errors.
         configs: `[[name, value], ...]` each; a number, the duration of `moveTo`, and an unknown name, which is
             logged, are left out. A foot's own value counts for its steps.
         frequency: of the steps, 0 to 1.
-
-    Raises:
-        NaoqiRefused: not such a list, or no number.
     """
     given: dict[str, float] = {}
     for config in configs:
         if isinstance(config, list):
             given |= _given(method, config)
     quickness = clipped(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
-    feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
+    default = {name: values[0] for name, values in _CONFIG.items()}
+    feet = [default | given | {n: given[foot + n] for n in default if foot + n in given} for foot in _FEET]
     periods = [_SLOW_STEP + quickness * of["MaxStepFrequency"] * (QUICK_STEP - _SLOW_STEP) for of in feet]
     across = [of["MaxStepY"] - max(_MIN_FEET_DISTANCE, 2.0 * _FEET_DISTANCE - of["MaxStepY"]) for of in feet]
     both = sum(periods)
@@ -130,10 +113,10 @@ def _given(method: str, config: list[Any]) -> Mapping[str, float]:
             raise NaoqiRefused(f"{method}: {config!r:.60} was given; [[name, value], ...] is expected.")
         full_name = text(row[0], f"{method}: name of the configuration")
         name = full_name.removeprefix("Left").removeprefix("Right")
-        if name != "Frequency" and name not in _LIMITS:
+        if name != "Frequency" and name not in _CONFIG:
             logger.warning("%s: %.40s of the configuration is not known and left out", method, row[0])
             continue
-        limits = _LIMITS.get(name, (0.0, 1.0))
+        limits = _CONFIG.get(name, (1.0, 0.0, 1.0))[1:]
         values[full_name] = clipped(_as_number(row[1]), f"{method}: {row[0]}", *limits)
     return values
 
@@ -156,7 +139,6 @@ class WalkingMethods:
     """Walking methods of `ALMotion`; thread-safe.
 
     Args:
-        handover: between this side and the walker.
         full: speed of the gait forward and to the left, m/s, and of its turn, rad/s; the last two are 0 for a
             gait that walks straight ahead only, at this speed. Others walk at the vendor's speeds.
     """
@@ -164,12 +146,7 @@ class WalkingMethods:
     def __init__(self, handover: WalkerHandover, full: Vec3) -> None:
         self.handover, self._full = handover, full
 
-    @offers(
-        "ALMotion.move",
-        kind="walk",
-        partly="of a configuration only the maximum step lengths and the frequency count, with omni",
-        begins_walk=True,
-    )
+    @offers("ALMotion.move", "ALNavigation.move", kind="walk", begins_walk=True)
     def move(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
         """Walk at a velocity, m/s and rad/s; returns once the walker has accepted it."""
         velocity = _three("ALMotion.move", (x, y, theta), 1e4)
@@ -177,12 +154,12 @@ class WalkingMethods:
             velocity = full_speed("ALMotion.move", config).clipped(velocity)
         return self.handover.walk(velocity)
 
-    @offers("ALMotion.moveToward", kind="walk", partly="as move", begins_walk=True)
+    @offers("ALMotion.moveToward", "ALNavigation.moveToward", kind="walk", begins_walk=True)
     def move_toward(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
         """Walk at fractions of the full speed, -1 to 1."""
         return self._toward("ALMotion.moveToward", (x, y, theta), 1.0, config)
 
-    @offers("ALMotion.setWalkTargetVelocity", kind="walk", partly="as move", begins_walk=True)
+    @offers("ALMotion.setWalkTargetVelocity", kind="walk", begins_walk=True)
     def set_target_velocity(self, x: Any, y: Any, theta: Any, frequency: Any, *config: Any) -> Future[Any]:
         """`moveToward` with the frequency of the steps, 0 to 1."""
         return self._toward("ALMotion.setWalkTargetVelocity", (x, y, theta), frequency, config)
@@ -194,13 +171,7 @@ class WalkingMethods:
         full = full_speed(method, config, frequency)
         return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
 
-    @offers(
-        "ALMotion.moveTo",
-        kind="walk",
-        partly="as move; with several places it comes to rest at each",
-        begins_walk=True,
-    )
-    @offers("ALMotion.walkTo", kind="walk", partly="as moveTo", begins_walk=True)
+    @offers("ALMotion.moveTo", "ALMotion.walkTo", "ALNavigation.moveTo", kind="walk", begins_walk=True)
     def move_to(self, *arguments: Any) -> Future[Any]:
         """Walk to a goal `x, y, theta` relative to the robot, m and rad, or over several, each from the last.
 
@@ -231,79 +202,62 @@ class WalkingMethods:
         walk_next(None, 0)
         return ended
 
-    @offers(
-        "ALMotion.setFootSteps",
-        kind="walk",
-        partly="walks to the end by the gait's own steps, without their times; a new list replaces the old one",
-        begins_walk=True,
-    )
-    def set_foot_steps(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
-        """Begin a walk to the end of footsteps, by the gait's own steps.
+    @offers("ALMotion.setFootSteps", kind="walk", begins_walk=True)
+    @offers("ALMotion.setFootStepsWithSpeed", kind="walk", begins_walk=True, wait=True)
+    def set_foot_steps(self, legs: Any, steps: Any, *_: Any, wait: bool = False) -> Future[Any]:
+        """Begin a walk to the end of footsteps, by the gait's own steps, or wait for its end.
 
         Args:
             legs: `LLeg` or `RLeg` for each step.
             steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
         """
         target = self._end_of("ALMotion.setFootSteps", legs, steps)
-        return self.handover.go_to(lambda: self._goal_and_velocity(target, full_speed("", ())))
-
-    @offers("ALMotion.setFootStepsWithSpeed", kind="walk", partly="as setFootSteps", begins_walk=True)
-    def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
-        """As `setFootSteps`, and wait for the end.
-
-        Args:
-            legs: `LLeg` or `RLeg` for each step.
-            steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
-        """
-        target = self._end_of("ALMotion.setFootStepsWithSpeed", legs, steps)
-        return self._walk_to(target, full_speed("", ()))
+        return self._walk_to(target, full_speed("", ()), wait=wait)
 
     def _end_of(self, method: str, legs: Any, steps: Any) -> Vec3:
         """End of footsteps relative to the robot."""
         if not isinstance(legs, list) or not isinstance(steps, list) or len(legs) != len(steps) or not legs:
             raise NaoqiRefused(f"{method}: a list of legs and one of as many steps [x, y, theta] are expected.")
         half = 0.5 * _FEET_DISTANCE
-        feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
+        feet = {"LLeg": Pose2D(y=half), "RLeg": Pose2D(y=-half)}
         for i, (leg, step) in enumerate(zip(legs, steps, strict=True)):
             if leg not in list(feet):
                 raise NaoqiRefused(f"{method}: leg {i} is {leg!r:.60}; LLeg or RLeg is expected.")
             if not isinstance(step, list) or len(step) != 3:
                 raise NaoqiRefused(f"{method}: step {i} is {step!r:.60}; [x, y, theta] is expected.")
             other = feet["RLeg" if leg == "LLeg" else "LLeg"]
-            feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _MAX_FOOTSTEP))
+            feet[leg] = other.pose(Pose2D(*_three(f"{method}, step {i}", step, _MAX_FOOTSTEP)))
         left, right = feet["LLeg"], feet["RLeg"]
         x, y, turn = (0.5 * (a + b) for a, b in zip(left, right, strict=True))
         return self._checked_velocity(method, (x, y, turn))
 
-    def _walk_to(self, target: Vec3, full: FullSpeed) -> Future[Any]:
-        """Walk to a goal; the future of its end."""
-        if not self._full[1]:
-            ahead = math.copysign(self._full[0], target[0])
-            return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
-        return self.handover.walk_to(lambda: self._goal_and_velocity(target, full))
+    def _walk_to(self, target: Vec3, full: FullSpeed, *, wait: bool = True) -> Future[Any]:
+        """Walk to a goal, see `WalkerHandover.walk_to`."""
+        return self.handover.walk_to(lambda: self._order(target, full), wait=wait)
 
-    def _goal_and_velocity(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
-        """A goal relative to the robot, and the velocity there.
+    def _order(self, target: Vec3, full: FullSpeed) -> Order | None:
+        """The order of a walk to a goal relative to the robot; None: it is there.
 
         While the robot walks, the goal counts from the end of the fixed steps (confirmed: vendor's samples of
         `getNextRobotPosition`).
         """
+        if not self._full[1]:
+            speed, distance = math.copysign(self._full[0], target[0]), abs(target[0])
+            return {"velocity": (speed, 0.0, 0.0), "distance": distance} if distance else None
         ahead = self.poses_ahead()[:_FIXED_STEPS] if self.handover.active else []
-        x, y, turn = _composed(ahead[-1], target) if ahead else target
+        x, y, turn = ahead[-1].pose(Pose2D(*target)) if ahead else target
         place = x, y, math.remainder(turn, math.tau)
-        return place, full.towards(place) if any(place) else place
+        return {"velocity": full.towards(place), "target": place} if any(place) else None
 
-    def poses_ahead(self) -> list[Vec3]:
+    def poses_ahead(self) -> list[Pose2D]:
         """Pose after each coming step relative to the present one, m and rad, by the vendor's step length."""
         way, count = self.handover.remaining_way(), _FIXED_STEPS
         if way is None:
-            x, y, turn = (_FIXED_STEPS * QUICK_STEP * speed for speed in self.handover.velocity())
-            way = (x, y, turn)
+            way = Pose2D(*(_FIXED_STEPS * QUICK_STEP * speed for speed in self.handover.velocity()))
         elif any(way):
             count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICK_STEP))
-        x, y, turn = way
         shares = [i / count for i in range(1, count + 1)] if any(way) else []
-        return [(share * x, share * y, share * turn) for share in shares]
+        return [Pose2D(*(share * part for part in way)) for share in shares]
 
     def steps_ahead(self) -> list[list[Any]]:
         """Fixed and later footsteps, each `[leg, s, [x, y, theta]]`.
@@ -311,23 +265,19 @@ class WalkingMethods:
         The time counts from now; the pose is in the frame of the other foot, m and rad.
         """
         half, steps = 0.5 * _FEET_DISTANCE, []
-        feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
+        feet = {"LLeg": Pose2D(y=half), "RLeg": Pose2D(y=-half)}
         for i, pose in enumerate(self.poses_ahead()):
             leg, other = ("RLeg", "LLeg") if i % 2 else ("LLeg", "RLeg")
-            feet[leg] = _composed(pose, (0.0, half if leg == "LLeg" else -half, 0.0))
-            place = _composed(_inverse(feet[other]), feet[leg])
+            feet[leg] = pose.pose(Pose2D(y=half if leg == "LLeg" else -half))
+            place = feet[other].local_pose(feet[leg])
             steps.append([leg, QUICK_STEP * (i + 1), list(place)])
         return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
 
-    @offers(
-        "ALMotion.getNextRobotPosition",
-        kind="walk",
-        partly="steps by the vendor's step lengths, not the walker's own",
-    )
+    @offers("ALMotion.getNextRobotPosition", kind="walk")
     def _next_position(self) -> list[float]:
         """Pose of the robot after the fixed footsteps, m and rad."""
         here, ahead = self.handover.position(), self.poses_ahead()[:_FIXED_STEPS]
-        return list(_composed((here[0], here[1], here[2]), ahead[-1])) if ahead else here
+        return list(here.pose(ahead[-1]) if ahead else here)
 
     def _checked_velocity(self, method: str, wanted: Vec3) -> Vec3:
         """The wanted velocity; NaoqiRefused if it is not straight for a gait that walks straight only."""
@@ -347,13 +297,18 @@ class WalkingMethods:
     def _stop(self) -> Future[Any]:
         return self.handover.stop()
 
-    @offers("ALMotion.waitUntilMoveIsFinished", "ALMotion.waitUntilWalkIsFinished", kind="walk")
+    @offers(
+        "ALMotion.waitUntilMoveIsFinished",
+        "ALMotion.waitUntilWalkIsFinished",
+        "ALVisualCompass.waitUntilTargetReached",
+        kind="walk",
+    )
     def _wait(self) -> Future[Any]:
         return self.handover.wait()
 
     @offers("ALMotion.getMoveConfig", kind="walk")
     def _move_config(self, config: Annotated[str, OneOf("config", _KINDS)]) -> list[list[Any]]:
-        return move_config(config)
+        return [[name, values[_KINDS.index(config)]] for name, values in _CONFIG.items()]
 
     _get_robot_velocity = offers("ALMotion.getRobotVelocity", kind="walk")(
         lambda self: self.handover.velocity()
@@ -362,7 +317,7 @@ class WalkingMethods:
         lambda self: self.handover.active_or_ordered
     )
     _get_robot_position = offers("ALMotion.getRobotPosition", kind="walk")(
-        lambda self, *_: self.handover.position()
+        lambda self, *_: list(self.handover.position())
     )
 
 
@@ -373,13 +328,3 @@ def _three(method: str, values: Sequence[Any], bound: float) -> Vec3:
         clipped(y, f"{method}: y", -bound, bound),
         clipped(theta, f"{method}: theta", -bound, bound),
     )
-
-
-def _composed(frame: Vec3, pose: Vec3) -> Vec3:
-    """A pose of a frame in the frame's own frame, m and rad."""
-    return *planar_point(frame, pose), frame[2] + pose[2]
-
-
-def _inverse(pose: Vec3) -> Vec3:
-    """The frame of reference in a pose's frame, m and rad."""
-    return *planar_local(pose, (0.0, 0.0)), -pose[2]

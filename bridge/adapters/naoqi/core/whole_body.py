@@ -12,10 +12,8 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from bridge.adapters.naoqi.core.cartesian import STEP_TIME, Cartesian
-from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, pass_on
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, pass_on
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.declared import MAX_DURATION, Fraction, OneOf, Range, Vector, offers
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
@@ -32,41 +30,29 @@ _SPEED: Final = 0.2
 _BALANCE_TIME: Final = 1.0
 """Duration of a shift of the centre of mass over a foot at full speed, s (assumed)."""
 _FRAME_ROBOT: Final = 2
-"""FRAME_ROBOT"""
 
 
-UNBALANCED: Final = "by inverse kinematics with the feet on the ground; no controller balances the robot"
 Leg = Annotated[str, OneOf("leg", _LEGS)]
 Follower = Annotated[str, OneOf("effector", _MASKS)]
 
 
-class WholeBody:
-    """Whole-body methods of `ALMotion`; not thread-safe, the caller locks.
+class WholeBody(Service):
+    """Whole-body methods of `ALMotion`."""
 
-    Args:
-        joints: of the robot.
-        motion: moves them.
-        tasks: for actions that run during a motion.
-        cartesian: moves effectors and the torso.
-        frames: of the robot.
-    """
-
-    def __init__(
-        self, joints: Joints, motion: JointMotion, tasks: MotionTasks, cartesian: Cartesian, frames: RobotFrames
-    ) -> None:
-        self._joints, self._motion, self._tasks = joints, motion, tasks
-        self._cartesian, self._frames = cartesian, frames
+    def __init__(self, robot: ServedRobot, cartesian: Cartesian) -> None:
+        super().__init__(robot)
+        self._cartesian = cartesian
         self._enabled = False
         self._states = dict.fromkeys(_FEET, "Fixed")
         self._followed: set[str] = set()
         """Following effectors."""
 
-    @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED)
+    @offers("ALMotion.wbEnableEffectorControl")
     def enable_effector(self, effector: Follower, enabled: bool) -> None:
         """Switch the following of targets on or off."""
         self._followed = self._followed | {effector} if enabled else self._followed - {effector}
 
-    @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED)
+    @offers("ALMotion.wbSetEffectorControl", kind="joints")
     def set_effector(
         self, effector: Follower, target: Annotated[list[float], Vector("a, b, c", -10.0, 10.0)]
     ) -> None:
@@ -78,7 +64,7 @@ class WholeBody:
         """
         place = [0.0, 0.0, 0.0, *target] if effector == "Head" else [*target, 0.0, 0.0, 0.0]
         if effector in self._followed:
-            self._cartesian.move(effector, _FRAME_ROBOT, place, _SPEED, _MASKS[effector], transforms=False)
+            self._cartesian.move([effector], _FRAME_ROBOT, place, _SPEED, _MASKS[effector])
 
     def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
         """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""
@@ -88,7 +74,7 @@ class WholeBody:
             position = self._cartesian.solved(TORSO, _FRAME_ROBOT, torso)
             torso[:2, 3] += goal - self._frames.com_at("Body", position, _FRAME_ROBOT)[:2]
         path = [[float(x) for x in torso.flat]]
-        moving = self._cartesian.along(TORSO, _FRAME_ROBOT, path, 63, [seconds], True, transforms=True)
+        moving = self._cartesian.along([TORSO], _FRAME_ROBOT, path, 63, [seconds])
         done: Future[Any] = Future()
         moving.add_done_callback(lambda ended: pass_on(ended.exception() is None, done))
         return done
@@ -125,30 +111,26 @@ class WholeBody:
         place: Array = (self._frames.transform(leg, _FRAME_ROBOT, False) @ (*middle, 0.0, 1.0))[:2]
         return place
 
-    @offers("ALMotion.wbEnable", partly=UNBALANCED)
+    @offers("ALMotion.wbEnable")
     def _wb_enable(self, enabled: bool) -> Any:
         self._enabled = enabled
         if not self._enabled:
             self._followed.clear()
             self._states = dict.fromkeys(_FEET, "Fixed")
 
-    @offers("ALMotion.wbFootState", partly=UNBALANCED)
+    @offers("ALMotion.wbFootState")
     def _wb_foot_state(self, state: Annotated[str, OneOf("state", _STATES)], support_leg: Leg) -> Any:
         self._states |= dict.fromkeys(_feet(support_leg), state)
 
-    @offers("ALMotion.wbEnableBalanceConstraint", partly=UNBALANCED)
-    def _wb_enable_balance_constraint(self, enabled: bool, support_leg: Leg) -> None:
-        """Without effect."""
-
-    @offers("ALMotion.wbEnableEffectorOptimization", partly=UNBALANCED)
+    @offers("ALMotion.wbEnableEffectorOptimization")
     def _wb_enable_effector_optimization(self, effector: Any, active: bool) -> Any:
         self._frames.effector(effector)
 
-    @offers("ALMotion.wbGoToBalance", kind="joints", partly=UNBALANCED)
+    @offers("ALMotion.wbGoToBalance", kind="joints")
     def _wb_go_to_balance(self, support_leg: Leg, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
         return self.go_to_balance(support_leg, duration)
 
-    @offers("ALMotion.wbGoToBalanceWithSpeed", kind="joints", partly=UNBALANCED)
+    @offers("ALMotion.wbGoToBalanceWithSpeed", kind="joints")
     def _wb_go_to_balance_with_speed(self, support_leg: Leg, speed: Fraction) -> Any:
         return self.go_to_balance(support_leg, _BALANCE_TIME / speed)
 

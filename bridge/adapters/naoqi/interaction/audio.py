@@ -8,17 +8,17 @@ from __future__ import annotations
 import itertools
 import logging
 import wave
-from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 from weakref import WeakKeyDictionary
 
-from bridge.adapters.naoqi.core.memory import Publish, stamp
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import INERT, Duration, Own, Range, Setting, number, offers, text
-from bridge.adapters.naoqi.robot_files import NewFile, RobotFile, RobotFiles, in_thread
+from bridge.adapters.naoqi.core.memory import stamp
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import Duration, Own, Range, Setting, number, offers, text
+from bridge.adapters.naoqi.robot_files import NewFile, RobotFile, in_thread
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -45,7 +45,6 @@ class _File:
     paused: bool = False
 
 
-SILENT: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
 Level = Annotated[float, Range(0.0, 1.0)]
 Side = Annotated[float, Range(-1.0, 1.0)]
 """Panorama: -1 left, 1 right."""
@@ -53,30 +52,21 @@ Loaded = Annotated[_File, Own("_file")]
 """A file by its number of `loadFile`."""
 
 
-class AudioPlayer:
-    """Silent player of WAV files of this machine; not thread-safe, the caller locks.
+class AudioPlayer(Service):
+    """Silent player of WAV files of this machine."""
 
-    Args:
-        tasks: for calls that end with the file.
-        now: the robot's clock, ms.
-        numbers: for files, different from the calls'.
-        files: of the robot.
-    """
+    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, inert=True)
+    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], inert=True)
 
-    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, INERT)
-    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], INERT)
-
-    def __init__(
-        self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int], files: RobotFiles
-    ) -> None:
-        self._tasks, self._now, self.files = tasks, now, files
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
         self._files: dict[int, _File] = {}
         self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
         """File of each call of `playFile`."""
-        self._numbers, self._plays = numbers, itertools.count(1)
+        self._plays = itertools.count(1)
         self._muted = False
 
-    @offers("ALAudioPlayer.loadFile", partly=SILENT)
+    @offers("ALAudioPlayer.loadFile")
     def load(self, path: RobotFile) -> Future[int]:
         """Load a file; its number. One that is missing or no WAV file has no duration, with a warning."""
         return self._load(path)[1]
@@ -85,7 +75,7 @@ class AudioPlayer:
         """Number of a file, and the end of its loading."""
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
-        key, file = next(self._numbers), _File(path)
+        key, file = next(self._robot.numbers), _File(path)
         self._files[key] = file
         if path.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
             file.seconds = _OWN_SECONDS
@@ -104,46 +94,39 @@ class AudioPlayer:
             raise NaoqiRefused(f"ALAudioPlayer: {key!r:.40} is no file that loadFile gave.")
         return self._files[key]
 
-    @offers("ALAudioPlayer.play", partly=SILENT)
+    @offers("ALAudioPlayer.play")
+    @offers("ALAudioPlayer.playInLoop", loop=True)
     def play(
         self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
         """Play a loaded file from its present position; waits for its end or stop."""
         file.volume = volume
-        return self._tasks.begin(self._played(file, loop))
+        return self._others.begin(self._played(file, loop))
 
-    @offers("ALAudioPlayer.playInLoop", partly=SILENT)
-    def _play_in_loop(self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
-        return self.play(file, volume, panorama, loop=True)
-
-    @offers("ALAudioPlayer.playFile", partly=SILENT)
+    @offers("ALAudioPlayer.playFile")
+    @offers("ALAudioPlayer.playFileInLoop", loop=True)
     def play_file(
         self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
         """Load a file and play it."""
-        return self._play_from(path, 0.0, loop, volume)
+        return self.play_from(path, 0.0, volume, loop=loop)
 
-    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT)
-    def _play_file_in_loop(self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
-        return self._play_from(path, 0.0, True, volume)
-
-    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT)
-    def _play_file_from(
-        self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
+    @offers("ALAudioPlayer.playFileFromPosition")
+    @offers("ALAudioPlayer.playFileInLoopFromPosition", loop=True)
+    def play_from(
+        self,
+        path: RobotFile,
+        position: Duration,
+        volume: Level = 1.0,
+        panorama: Side = 0.0,
+        *,
+        loop: bool = False,
     ) -> Future[Any]:
-        return self._play_from(path, position, False, volume)
-
-    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT)
-    def _play_file_in_loop_from(
-        self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
-    ) -> Future[Any]:
-        return self._play_from(path, position, True, volume)
-
-    def _play_from(self, path: Path, position: float, loop: bool, volume: float) -> Future[Any]:
+        """Load a file and play it from a position, s."""
         key, loaded = self._load(path)
         file = self._files[key]
         file.volume, file.place = volume, position
-        playing = self._tasks.begin(self._played(file, loop, loaded))
+        playing = self._others.begin(self._played(file, loop, loaded))
         self._played_by[playing] = key
         return playing
 
@@ -198,11 +181,7 @@ class AudioPlayer:
         self.stop_all()
         self._files.clear()
 
-    @offers(
-        "ALAudioPlayer.playSine",
-        "ALAudioDevice.playSine",
-        partly="there is no sound; the call takes the time of the sound",
-    )
+    @offers("ALAudioPlayer.playSine", "ALAudioDevice.playSine")
     def _sine(
         self,
         frequency: Annotated[float, Range(0.0, 20_000.0)],
@@ -214,9 +193,9 @@ class AudioPlayer:
         def task() -> MotionTask:
             yield self._now() + round(1000.0 * duration)
 
-        return self._tasks.begin(task())
+        return self._others.begin(task())
 
-    @offers("ALAudioPlayer.setVolume", partly=INERT)
+    @offers("ALAudioPlayer.setVolume")
     def _set_volume(self, file: Loaded, volume: Level) -> None:
         file.volume = volume
 
@@ -236,13 +215,10 @@ class AudioPlayer:
     def _get_volume(self, file: Loaded) -> float:
         return file.volume
 
-    @offers("ALAudioDevice.muteAudioOut", partly=INERT)
+    @offers("ALAudioDevice.muteAudioOut")
     def _mute_audio_out(self, muted: bool) -> Any:
         self._muted = muted
 
-    _get_installed_sound_sets_list = offers(
-        "ALAudioPlayer.getInstalledSoundSetsList", "ALAudioPlayer.getLoadedSoundSetsList"
-    )(lambda self: list[Any]())
     _get_loaded_files_ids = offers("ALAudioPlayer.getLoadedFilesIds")(lambda self: list(self._files))
     _get_loaded_files_names = offers("ALAudioPlayer.getLoadedFilesNames")(
         lambda self: [str(file.path) for file in self._files.values()]
@@ -265,15 +241,11 @@ class _Listener:
     """Time of its next buffer, the robot's clock, ms; None: no subscription."""
 
 
-class Microphones:
-    """Buffers of silence for each module; not thread-safe, the caller locks.
+class Microphones(Service):
+    """Buffers of silence for each module."""
 
-    Args:
-        publish: calls the modules.
-    """
-
-    def __init__(self, publish: Publish) -> None:
-        self._publish = publish
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
         self._listeners: dict[str, _Listener] = {}
 
     def update(self, now: int) -> None:
@@ -284,7 +256,7 @@ class Microphones:
             samples = SAMPLES[one.rate]
             one.due = max(one.due, now - 1000.0) + 1000.0 * samples / one.rate
             sound = bytes(2 * one.channels * samples)
-            self._publish("", None, [[module, "processRemote", [one.channels, samples, stamp(), sound]]])
+            self._robot.publish("", None, [[module, "processRemote", [one.channels, samples, stamp(), sound]]])
 
     def _of(self, module: Any, method: str) -> _Listener:
         name = text(module, f"ALAudioDevice.{method}: module")
@@ -302,7 +274,7 @@ class Microphones:
         listener = self._of(module, "setClientPreferences")
         listener.rate, listener.channels = int(rate), 1 if channels else ALL_CHANNELS
 
-    @offers("ALAudioDevice.subscribe", partly="processRemote gets silence: there are no microphones")
+    @offers("ALAudioDevice.subscribe")
     def _subscribe(self, module: Any) -> None:
         self._of(module, "subscribe").due = 0.0
 
@@ -339,19 +311,14 @@ class _Recording:
     """The robot's clock, ms."""
 
 
-class Recorder:
-    """Methods of `ALAudioRecorder` and of `ALAudioDevice`; not thread-safe, the caller locks.
+class Recorder(Service):
+    """Methods of `ALAudioRecorder` and of `ALAudioDevice`."""
 
-    Args:
-        now: the robot's clock, ms.
-        files: of the robot.
-    """
-
-    def __init__(self, now: Callable[[], int], files: RobotFiles) -> None:
-        self._now, self.files = now, files
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
         self._recording: _Recording | None = None
 
-    @offers("ALAudioRecorder.startMicrophonesRecording", partly="silence: there are no microphones")
+    @offers("ALAudioRecorder.startMicrophonesRecording")
     def _start(self, path: NewFile, kind: Any, rate: Any, channels: Any) -> None:
         method = "startMicrophonesRecording"
         if self._recording is not None:
@@ -365,7 +332,7 @@ class Recorder:
             )
         self._recording = _Recording(path, count, rate, self._now())
 
-    @offers("ALAudioDevice.startMicrophonesRecording", partly="silence: there are no microphones")
+    @offers("ALAudioDevice.startMicrophonesRecording")
     def _start_all(self, path: NewFile) -> None:
         self._start(path, "wav", 48_000, [1, 1, 1, 1])
 
@@ -376,15 +343,6 @@ class Recorder:
             return None
         seconds = min(MAX_SECONDS, 0.001 * (self._now() - recording.began))
         return in_thread(lambda: _write(recording, seconds))
-
-    _energy = offers(
-        *(f"ALAudioDevice.get{place}MicEnergy" for place in ("Front", "Rear", "Left", "Right")),
-        partly="silence: there are no microphones",
-    )(lambda self: 0.0)
-
-    _enable_energy_computation = offers(
-        "ALAudioDevice.enableEnergyComputation", "ALAudioDevice.disableEnergyComputation"
-    )(lambda self: None)
 
 
 def _write(recording: _Recording, seconds: float) -> None:

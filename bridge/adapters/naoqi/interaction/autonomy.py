@@ -10,10 +10,8 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from bridge.adapters.naoqi.core.cartesian import look_angles
-from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.memory import Events, Memory
-from bridge.adapters.naoqi.declared import INERT, OneOf, Setting, offers
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import OneOf, Setting, offers
 from bridge.adapters.naoqi.interaction.detection import Scene
 from bridge.adapters.naoqi.interaction.tracker import HEAD_SPEED, PERIOD, point_of
 from bridge.body.cameras import CAMERA_LINK, cameras
@@ -30,26 +28,22 @@ ABILITIES: Final = (
 """Autonomous abilities (confirmed: vendor's page)."""
 
 
-class AutonomousLife:
-    """Methods of `ALAutonomousLife`; the caller locks.
+class AutonomousLife(Service):
+    """Methods of `ALAutonomousLife`."""
 
-    Args:
-        events: for its state.
-    """
-
-    def __init__(self, events: Events) -> None:
-        self._events, self._state = events, "disabled"
-        events.declare(_STATE, "ALAutonomousLife", self._state)
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._state = "disabled"
         self._enabled = dict.fromkeys(ABILITIES, False)
 
-    @offers("ALAutonomousLife.setState", partly=INERT)
+    @offers("ALAutonomousLife.setState")
     def _set_state(self, state: Annotated[str, OneOf("state", STATES)]) -> None:
         if state == "solitary" and self._state == "interactive":
             raise NaoqiRefused("ALAutonomousLife.setState: interactive ends by itself, and not by setState.")
         self._state = state
         self._events.raise_event(_STATE, state)
 
-    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=INERT)
+    @offers("ALAutonomousLife.setAutonomousAbilityEnabled")
     def _set_ability(self, name: Annotated[str, OneOf("ability", ("All", *ABILITIES))], enabled: bool) -> None:
         names = ABILITIES if name == "All" else (name,)
         self._enabled.update(dict.fromkeys(names, enabled))
@@ -59,30 +53,18 @@ class AutonomousLife:
         return [{"name": name, "enabled": on, "running": False} for name, on in self._enabled.items()]
 
     @offers(
-        "ALAutonomousLife.switchFocus",
-        "ALAutonomousLife.getActivityNature",
-        "ALAutonomousLife.getFocusContext",
-        partly="no activities are installed; the call fails as documented",
+        "ALAutonomousLife.switchFocus", "ALAutonomousLife.getActivityNature", "ALAutonomousLife.getFocusContext"
     )
     def _no_activity(self, name: str, *_: Any) -> None:
         raise NaoqiRefused(
             f"ALAutonomousLife: there is no activity {name!r:.60}; none is installed on an emulated robot."
         )
 
-    @offers("ALAutonomousLife.getFocusHistory", "ALAutonomousLife.getStateHistory")
-    def _history(self, depth: Any = None) -> list[Any]:
-        return []
-
     @offers("ALAutonomousLife.getAutonomousAbilityEnabled")
     def _is_enabled(self, name: Annotated[str, OneOf("ability", ABILITIES)]) -> bool:
         return self._enabled[name]
 
     _get_state = offers("ALAutonomousLife.getState")(lambda self: self._state)
-    _focused_activity = offers("ALAutonomousLife.focusedActivity")(lambda self: "")
-    _stop_focus = offers("ALAutonomousLife.stopFocus", "ALAutonomousLife.stopAll")(lambda self: None)
-    _is_monitoring_launchpad_conditions = offers("ALAutonomousLife.isMonitoringLaunchpadConditions")(
-        lambda self: False
-    )
 
 
 ENGAGEMENT_MODES: Final = ("Unengaged", "FullyEngaged", "SemiEngaged")
@@ -100,50 +82,39 @@ _SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "Posi
 Stimulus = Annotated[str, OneOf("stimulus", STIMULI)]
 
 
-class Awareness:
-    """Methods of `ALBasicAwareness`; not thread-safe, the caller locks.
-
-    Args:
-        scene: has the faces.
-        frames: of the robot.
-        motion: turns its head.
-        events: for the tracked person.
-        memory: for the places of people.
-    """
+class Awareness(Service):
+    """Methods of `ALBasicAwareness`."""
 
     engagement = Setting(
         "ALBasicAwareness.EngagementMode",
         ENGAGEMENT_MODES[0],
         Annotated[str, OneOf("engagement mode", ENGAGEMENT_MODES)],
-        INERT,
+        inert=True,
     )
     tracking = Setting(
         "ALBasicAwareness.TrackingMode",
         TRACKING_MODES[0],
         Annotated[str, OneOf("tracking mode", TRACKING_MODES)],
-        "remembered and read back; the head follows, the body does not",
     )
 
-    def __init__(
-        self, scene: Scene, frames: RobotFrames, motion: JointMotion, events: Events, memory: Memory
-    ) -> None:
-        self._scene, self._frames, self._motion = scene, frames, motion
-        self._events, self._memory = events, memory
-        self._cameras = [camera.name for camera in cameras(frames.body)]
+    def __init__(self, robot: ServedRobot, scene: Scene) -> None:
+        super().__init__(robot)
+        self._scene = scene
+        self._cameras = [camera.name for camera in cameras(robot.body)]
         self._people: dict[str, int] = {}
         """Name of a face -> number of the person."""
         self._tracked, self._due, self._seen = NO_PERSON, 0, 0
         self._enabled = self._paused = False
         self._stimuli = dict.fromkeys(STIMULI, True)
 
-    @offers("ALBasicAwareness.setEnabled", partly="as startAwareness")
+    @offers("ALBasicAwareness.setEnabled")
     def _enable(self, enabled: bool) -> None:
         self._enabled = enabled
 
     def _pause(self, paused: bool) -> None:
         self._paused = paused
 
-    @offers("ALBasicAwareness.setStimulusDetectionEnabled", partly="only the stimulus People has an effect")
+    @offers("ALBasicAwareness.setStimulusDetectionEnabled")
     def _set_stimulus(self, stimulus: Stimulus, enabled: bool) -> None:
         self._stimuli[stimulus] = enabled
 
@@ -200,7 +171,4 @@ class Awareness:
     _resume_awareness = offers("ALBasicAwareness.resumeAwareness")(lambda self: self._pause(False))
     _is_awareness_paused = offers("ALBasicAwareness.isAwarenessPaused")(lambda self: self._paused)
 
-    _start_awareness = offers(
-        "ALBasicAwareness.startAwareness",
-        partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
-    )(lambda self: self._enable(True))
+    _start_awareness = offers("ALBasicAwareness.startAwareness")(lambda self: self._enable(True))

@@ -8,20 +8,19 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, cast
 
-from bridge.adapters.naoqi.core.cameras import CAMERAS, CameraFeed
-from bridge.adapters.naoqi.core.frames import RobotFrames, position6
-from bridge.adapters.naoqi.core.memory import Events, stamp
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.core.cameras import CAMERAS
+from bridge.adapters.naoqi.core.frames import position6
+from bridge.adapters.naoqi.core.memory import stamp
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import INERT, Range, Setting, Vector, offers, text
-from bridge.body import Body
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import OneOf, Range, Setting, Vector, offers, text
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
 from bridge.messages.world import ThingKind as Kind
 from bridge.types import Array, Vec3
-from bridge.validation import unknown_name
 
 MAX_DISTANCE: Final = 3.0
 """Range of the detection, m (assumed: 2 to 3 m in the vendor's pages)."""
@@ -55,24 +54,21 @@ class Sighting:
     """Links in the Torso frame, with the head's angles at the time of the picture, each (4, 4), m."""
 
 
+ThingName = Annotated[str, OneOf("kind", THING_SIZES)]
 Place = Annotated[list[float], Vector("x, y, z", -1e3, 1e3, "m")]
 
 
-class Scene:
-    """Things around the robot; not thread-safe, the caller locks.
+class Scene(Service):
+    """Things around the robot.
 
     Args:
-        body: of the robot.
-        frames: of the robot.
-        feed: of its cameras, for the things of its world.
         hear: utterance -> recognized words.
     """
 
-    def __init__(
-        self, body: Body, frames: RobotFrames, feed: CameraFeed, hear: Callable[[str], list[str]]
-    ) -> None:
-        self._frames, self._feed, self._hear = frames, feed, hear
-        self._cameras = cameras(body)
+    def __init__(self, robot: ServedRobot, hear: Callable[[str], list[str]]) -> None:
+        super().__init__(robot)
+        self._hear = hear
+        self._cameras = cameras(robot.body)
         self._things: dict[tuple[str, str], ShownThing] = {}
 
     def sightings(self, kind: Kind, camera: int) -> Iterator[Sighting]:
@@ -92,7 +88,7 @@ class Scene:
 
     def _nearby(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
         """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links of each thing."""
-        for seen_by, kind, name, place, diameter, head in self._feed.sights():
+        for seen_by, kind, name, place, diameter, head in self._robot.feed.sights():
             if seen_by == camera:
                 yield kind, name, place, diameter, self._frames.measured_links(head)
         if self._things:
@@ -105,7 +101,7 @@ class Scene:
 
     @offers("NaoHil.show")
     def show(
-        self, kind: Any, name: Any, place: Place, size: Annotated[float, Range(0.001, 10.0)] | None = None
+        self, kind: ThingName, name: Any, place: Place, size: Annotated[float, Range(0.001, 10.0)] | None = None
     ) -> None:
         """Put a thing into the world, or move it.
 
@@ -115,16 +111,16 @@ class Scene:
             place: in the world's space, `[x, y, z]`, m.
             size: diameter, m.
         """
-        key = checked, label = _kind(kind), _name(kind, name)
+        key = kind, label = kind, _name(kind, name)
         x, y, z = place
-        wide = THING_SIZES[checked] if size is None else size
+        wide = THING_SIZES[kind] if size is None else size
         if key not in self._things and len(self._things) >= MAX_THINGS:
             raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
-        self._things[key] = ShownThing(cast(Kind, checked), label, (x, y, z), wide)
+        self._things[key] = ShownThing(cast(Kind, kind), label, (x, y, z), wide)
 
     @offers("NaoHil.hide")
-    def _hide(self, kind: Any, name: Any) -> None:
-        self._things.pop((_kind(kind), _name(kind, name)), None)
+    def _hide(self, kind: ThingName, name: Any) -> None:
+        self._things.pop((kind, _name(kind, name)), None)
 
     @offers("NaoHil.hear")
     def _hear_words(self, words: str) -> Any:
@@ -133,13 +129,6 @@ class Scene:
     _shown = offers("NaoHil.things")(
         lambda self: [[t.kind, t.name, list(t.place), t.size] for t in self._things.values()]
     )
-
-
-def _kind(kind: Any) -> str:
-    name = text(kind, "NaoHil: kind")
-    if name not in THING_SIZES:
-        raise NaoqiRefused(f"NaoHil: {unknown_name('kind', name, THING_SIZES)}.")
-    return name
 
 
 def _name(kind: Any, name: Any) -> str:
@@ -157,69 +146,56 @@ LEARN_TIME: Final = 5000
 """ms for which a face to be learnt is looked for (assumed)."""
 
 
-class Detection:
-    """One service that detects things of one kind; not thread-safe, the caller locks.
+class Detection(VisionExtractor):
+    """One service that detects things of one kind."""
 
-    Args:
-        service: its name.
-        kind: of the things.
-        event: that it raises.
-        scene: has the things.
-        frames: of the robot.
-        events: to be raised.
-    """
+    kind: Kind
 
-    def __init__(
-        self, service: str, kind: Kind, event: str, scene: Scene, frames: RobotFrames, events: Events
-    ) -> None:
-        self._service, self._kind, self._event = service, kind, event
-        self._scene, self._frames, self._events = scene, frames, events
-        self.extractor = VisionExtractor(
-            service,
-            events,
-            [event],
-            PERIOD,
-            left_out="it sees the things of the world by geometry, not by pictures",
-        )
-        events.declare(event, service, [])
+    def __init__(self, robot: ServedRobot, scene: Scene) -> None:
+        super().__init__(robot)
+        self._scene = scene
         self._seen = False
         self._due = 0
 
-    @property
-    def _camera(self) -> int:
-        return self.extractor.camera
-
     def update(self, now: int) -> None:
         """Raise the event at the subscribers' period, in the cycle at `now` of the robot's clock, ms."""
-        if not self.extractor.processing or now < self._due:
+        if not self.processing or now < self._due:
             return
-        self._due = now + max(10, self.extractor.period)
-        sightings = list(self._scene.sightings(self._kind, self._camera))
+        self._due = now + max(10, self.period)
+        sightings = list(self._scene.sightings(self.kind, self.camera))
         if sightings:
-            self._events.raise_event(self._event, self._value(sightings))
+            self._events.raise_event(self.raised[0], self._value(sightings))
         elif self._seen:
-            self._events.raise_event(self._event, [])  # once, after the last one
+            self._events.raise_event(self.raised[0], [])  # once, after the last one
         self._seen = bool(sightings)
 
     def _value(self, sightings: list[Sighting]) -> list[Any]:
         links = sightings[0].links
-        camera = self._frames.in_torso(CAMERAS[self._camera], links)
+        camera = self._frames.in_torso(CAMERAS[self.camera], links)
         poses = [position6(inverse(self._frames.space(space, links, True)) @ camera) for space in (0, 2)]
         return [stamp(), *self._found(sightings), *poses, self._camera_name()]
 
     def _camera_name(self) -> Any:
-        return self._camera
+        return self.camera
 
     def _found(self, sightings: list[Sighting]) -> list[Any]:
         one = sightings[0]
         return [[one.alpha, one.beta, 0.5 * one.size, 0.5 * one.size]]  # a ball's sizes are its radii
 
 
+class Balls(Detection):
+    """`ALRedBallDetection`."""
+
+    service, kind = "ALRedBallDetection", "ball"
+
+
 class LandMarks(Detection):
     """`ALLandMarkDetection`."""
 
+    service, kind = "ALLandMarkDetection", "landmark"
+
     def _camera_name(self) -> Any:
-        return CAMERAS[self._camera]
+        return CAMERAS[self.camera]
 
     def _found(self, sightings: list[Sighting]) -> list[Any]:
         return [[[[1, s.alpha, s.beta, s.size, s.size, 0.0], [int(s.name)]] for s in sightings]]
@@ -228,19 +204,19 @@ class LandMarks(Detection):
 class Faces(Detection):
     """`ALFaceDetection`, with names for learnt faces."""
 
+    service, kind = "ALFaceDetection", "face"
     recognizes = Setting(
         "ALFaceDetection.RecognitionEnabled", True, bool, reader="is", also="enableRecognition"
     )
-    tracks = Setting("ALFaceDetection.TrackingEnabled", False, bool, INERT, reader="is", also="enableTracking")
+    tracks = Setting(
+        "ALFaceDetection.TrackingEnabled", False, bool, inert=True, reader="is", also="enableTracking"
+    )
     threshold = Setting(
-        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], INERT
+        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], inert=True
     )
 
-    def __init__(
-        self, scene: Scene, frames: RobotFrames, events: Events, tasks: MotionTasks, now: Callable[[], int]
-    ) -> None:
-        super().__init__("ALFaceDetection", "face", "FaceDetected", scene, frames, events)
-        self._tasks, self._now = tasks, now
+    def __init__(self, robot: ServedRobot, scene: Scene) -> None:
+        super().__init__(robot, scene)
         self._known: dict[str, str] = {}
         """Name of a thing -> its name in events."""
         self._before: list[str] = []
@@ -258,22 +234,21 @@ class Faces(Detection):
         shape = [0, sighting.alpha, sighting.beta, sighting.size, sighting.size]
         return [shape, [number_ + 1, 1.0 if label else 0.0, label, *points]]
 
-    @offers("ALFaceDetection.learnFace", partly="for the one face that is seen")
-    @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
+    @offers("ALFaceDetection.learnFace", "ALFaceDetection.reLearnFace")
     def _learn(self, name: str) -> Future[bool]:
         """Learn the one visible face; false: there are none or several for `LEARN_TIME`."""
 
         def task() -> MotionTask:
             """Wait until one face is seen alone."""
             end = self._now() + LEARN_TIME
-            while len(faces := list(self._scene.sightings("face", self._camera))) != 1:
+            while len(faces := list(self._scene.sightings("face", self.camera))) != 1:
                 if self._now() >= end:
                     return False
                 yield self._now() + PERIOD
             self._known[faces[0].name] = name
             return True
 
-        return self._tasks.begin(task())
+        return self._others.begin(task())
 
     @offers("ALFaceDetection.forgetPerson")
     def _forget(self, name: str) -> bool:

@@ -10,21 +10,22 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import INERT, Range, offers, text
-from bridge.adapters.naoqi.interaction.concepts import MAX_CONCEPTS, Concepts
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import Range, offers, text
 from bridge.adapters.naoqi.interaction.qichat import (
+    Pattern,
     Rule,
     Steps,
     Topic,
     captures,
     codes,
+    of_words,
     parse,
     with_kept,
     words_of,
 )
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
-from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
+from bridge.adapters.naoqi.robot_files import RobotFile
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.files import read_limited
 from bridge.validation import unknown_name
@@ -46,38 +47,77 @@ _MOVES: Final = {"previous": -2, "same": -1, "next": 0}
 _SILENT: Final = re.compile(r"%\w+|\^(?!(?:start|run|wait)(?:Tag)?\()\w+(?:\([^)]*\))?")
 """Tags, and functions other than those of animations."""
 _FUNCTION: Final = re.compile(r"\^\w+\([^)]*\)")
-_EVENTS: Final = {
-    **dict.fromkeys(
-        ("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood"), ""
-    ),
-    **dict.fromkeys(("Tag", "Focus", "ActivateTopic", "DeactivateTopic"), ""),
-    **dict.fromkeys(("NothingToSay", "IsStarted"), 0),
-}
-"""Below `Dialog/` (confirmed: vendor's page), with their initial values (assumed)."""
 _CHOICE: Final = re.compile(r"(\^\w+)?\s*\[([^\[\]]*)\]")
 _SETS: Final = re.compile(r'\$([\w/]+)=(?!=)(?:"([^"]*)"|(\S+))')
 _OPTION: Final = re.compile(r'"([^"]*)"|(\S+)')
 
 
-class Dialog:
-    """Methods of the service, its input and its events; not thread-safe, the caller locks.
+MAX_CONCEPTS: Final = 1000
+
+
+class Concepts:
+    """Words by concept and language; not thread-safe, the caller locks."""
+
+    def __init__(self) -> None:
+        self._words: dict[tuple[str, str], list[str]] = {}
+        self._patterns: dict[tuple[str, str], Pattern] = {}
+
+    def of(self, topic: Topic) -> dict[str, Pattern]:
+        """Concepts of a topic by their lower-case names, with those of programs in its language."""
+        own = {
+            name.casefold(): pattern
+            for (name, language), pattern in self._patterns.items()
+            if topic.language in codes(language)
+        }
+        return topic.concepts | own
+
+    def _key(self, concept: Any, language: Any) -> tuple[str, str]:
+        key = text(concept, "ALDialog: concept"), text(language, "ALDialog: language")
+        if key not in self._words and len(self._words) >= MAX_CONCEPTS:
+            raise NaoqiRefused(f"ALDialog: {MAX_CONCEPTS} concepts are kept already.")
+        return key
+
+    @offers("ALDialog.setConcept")
+    def _set_concept(self, concept: Any, language: Any, words: list[str], *_: Any) -> None:
+        key = self._key(concept, language)
+        self._store_concept(key, words[:MAX_CONCEPTS])
+
+    def _store_concept(self, key: tuple[str, str], words: list[str]) -> None:
+        self._words[key] = words
+        self._patterns[key] = Pattern("choice", parts=tuple(of_words(word) for word in words))
+
+    @offers("ALDialog.addToConcept")
+    def _add_to_concept(self, concept: Any, language: Any, words: list[str]) -> None:
+        key = self._key(concept, language)
+        kept = self._words.get(key, [])
+        self._store_concept(key, [*kept, *(word for word in words if word not in kept)][:MAX_CONCEPTS])
+
+    @offers("ALDialog.clearConcepts")
+    def _clear_concepts(self) -> None:
+        self._words.clear()
+        self._patterns.clear()
+
+    @offers("ALDialog.getConcept")
+    def _get_concept(self, concept: Any, language: Any) -> Any:
+        return self._words.get(self._key(concept, language), [])
+
+
+class Dialog(Service):
+    """Methods of the service, its input and its events.
 
     Args:
-        events: to be raised, and read as variables.
-        read: value of a key of ALMemory; raises `NaoHilError` if there is none.
         speak: speaks an answer; done at its end.
-        files: of the robot.
     """
 
-    def __init__(
-        self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]], files: RobotFiles
-    ) -> None:
-        self._events, self._read, self._speak, self.files = events, read, speak, files
+    def __init__(self, robot: ServedRobot, speak: Callable[[str], Future[Any]]) -> None:
+        super().__init__(robot)
+        self._speak = speak
+        robot.listeners.append(self.answer_event)
         self._topics: dict[str, Topic] = {}
         self._active: list[str] = []
         self._subscribers: set[str] = set()
         self.concepts = Concepts()
-        """Of programs."""
+        """Concepts that programs have defined."""
         self._blocked: set[tuple[str, str]] = set()
         """Topic and tag of each disabled proposal."""
         self._within: tuple[str, list[Rule]] = ("", [])
@@ -86,8 +126,6 @@ class Dialog:
         """Number of uses of each answer with alternatives."""
         self._answers = False
         self._focus, self._language, self._threshold = "", "English", 0.5
-        for event, value in _EVENTS.items():
-            events.declare(f"Dialog/{event}", "ALDialog", value)
 
     def hear(self, said: str) -> None:
         """Answer an utterance of a person, if there is a subscriber."""
@@ -121,7 +159,7 @@ class Dialog:
 
     def _value(self, name: str) -> Any:
         try:
-            return self._read(name)
+            return self._memory.get(name)
         except NaoHilError:
             return ""
 
@@ -248,7 +286,7 @@ class Dialog:
             self._focus = topic
             self._raise("Focus", topic)
 
-    @offers("ALDialog.forceInput", partly="without a subscriber nothing is answered")
+    @offers("ALDialog.forceInput")
     def _force_input(self, said: str) -> Future[Any] | None:
         if not self._subscribers:
             logger.warning("ALDialog.forceInput: ALDialog has no subscriber, and nothing is answered")
@@ -285,23 +323,23 @@ class Dialog:
         self._pass(topic, goals[0])
         return self._answer(topic, goals[0], ())
 
-    @offers("ALDialog.enableTag")
-    def _enable_tag(self, tag: str, topic: Any) -> None:
-        self._blocked.discard((self._loaded(topic), tag))
+    @offers("ALDialog.enableTag", enabled=True)
+    @offers("ALDialog.disableTag", enabled=False)
+    def _enable_tag(self, tag: str, topic: Any, *, enabled: bool) -> None:
+        key = self._loaded(topic), tag
+        if enabled:
+            self._blocked.discard(key)
+        elif len(self._blocked) < MAX_CONCEPTS:
+            self._blocked.add(key)
 
-    @offers("ALDialog.disableTag")
-    def _disable_tag(self, tag: str, topic: Any) -> None:
-        if len(self._blocked) < MAX_CONCEPTS:
-            self._blocked.add((self._loaded(topic), tag))
-
-    @offers(
-        "ALDialog.loadTopic",
-        partly="^goto, proposals, choices and animations work in answers; a negation never matches",
-    )
+    @offers("ALDialog.loadTopic")
     def _load_file(self, path: RobotFile) -> Future[str]:
-        return self.files.load(path, _read_topic, self._store)
+        def read(path: Path) -> Topic:
+            return parse(read_limited(path, MAX_TOPIC, "give a topic of QiChat").decode("utf-8", "replace"))
 
-    @offers("ALDialog.loadTopicContent", partly="as loadTopic")
+        return self.files.load(path, read, self._store)
+
+    @offers("ALDialog.loadTopicContent")
     def _load(self, content: str) -> Future[str]:
         if len(content) > MAX_TOPIC:
             raise NaoqiRefused(f"ALDialog: the topic is longer than {MAX_TOPIC} letters.")
@@ -337,9 +375,7 @@ class Dialog:
         self._deactivate(name)
         del self._topics[name]
 
-    @offers(
-        "ALDialog.subscribe", partly="text of forceInput and NaoHil.hear is answered, not sound; and events"
-    )
+    @offers("ALDialog.subscribe")
     def _subscribe(self, name: str) -> None:
         if len(self._subscribers) >= MAX_TOPICS:
             raise NaoqiRefused(f"ALDialog.subscribe: {MAX_TOPICS} have subscribed already.")
@@ -353,13 +389,13 @@ class Dialog:
             self._within = ("", [])
             self._raise("IsStarted", 0)
 
-    @offers("ALDialog.setLanguage", partly=INERT)
+    @offers("ALDialog.setLanguage")
     def _set_language(self, language: str) -> None:
         if language not in LANGUAGES:
             raise NaoqiRefused(f"ALDialog.setLanguage: {unknown_name('language', language, LANGUAGES)}.")
         self._language = language
 
-    @offers("ALDialog.setASRConfidenceThreshold", partly=INERT)
+    @offers("ALDialog.setASRConfidenceThreshold")
     def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
         self._threshold = value
 
@@ -378,14 +414,6 @@ class Dialog:
     _get_activated_topics = offers("ALDialog.getActivatedTopics")(lambda self: list(self._active))
     _get_focus = offers("ALDialog.getFocus")(lambda self: self._focus)
     _get_asr_confidence_threshold = offers("ALDialog.getASRConfidenceThreshold")(lambda self: self._threshold)
-
-    _compile_all = offers(
-        "ALDialog.compileAll", partly="without effect: topics are ready when they are loaded"
-    )(lambda self: None)
-
-
-def _read_topic(path: Path) -> Topic:
-    return parse(read_limited(path, MAX_TOPIC, "give a topic of QiChat").decode("utf-8", "replace"))
 
 
 def _spaced(answer: str) -> str:

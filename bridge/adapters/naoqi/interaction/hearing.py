@@ -5,18 +5,16 @@ from __future__ import annotations
 import re
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
-from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
-from bridge.adapters.naoqi.declared import INERT, OneOf, Setting, number, offers
+from bridge.adapters.naoqi.core.served import ServedRobot
+from bridge.adapters.naoqi.declared import OneOf, Parameters, Setting, offers
 from bridge.adapters.naoqi.interaction.speech import LANGUAGES
-from bridge.adapters.naoqi.robot_files import RobotFile, RobotFiles
+from bridge.adapters.naoqi.robot_files import RobotFile
 from bridge.errors import NaoqiRefused
 from bridge.files import read_limited
 
-NOTHING_RECOGNIZED: Final[list[Any]] = ["", -3.0]
-"""Initial value of `WordRecognized` (assumed)."""
 MAX_WORDS: Final = 10_000
 MAX_UTTERANCE: Final = 2000
 """Letters of an utterance."""
@@ -27,44 +25,27 @@ _PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0
 """Parameter -> smallest, largest and initial value."""
 
 
-Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
+class SpeechRecognition(Extractor):
+    """Recognition of words, unless paused or without subscribers."""
 
-
-class SpeechRecognition:
-    """Recognition of words, unless paused or without subscribers; not thread-safe, the caller locks.
-
-    Args:
-        events: to be raised.
-        files: of the robot.
-    """
-
+    service, raised = "ALSpeechRecognition", ("WordRecognized", "LastWordRecognized", "SpeechDetected")
     language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
-    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, INERT)
+    parameters = Parameters("ALSpeechRecognition", _PARAMETERS)
+    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, inert=True)
 
-    def __init__(self, events: Events, files: RobotFiles) -> None:
-        self._events, self.files = events, files
-        self.extractor = Extractor(
-            "ALSpeechRecognition",
-            events,
-            ["WordRecognized", "LastWordRecognized", "SpeechDetected"],
-            left_out="it recognizes text that NaoHil.hear gives, not sound",
-        )
-        for event in ("WordRecognized", "LastWordRecognized"):
-            events.declare(event, "ALSpeechRecognition", list(NOTHING_RECOGNIZED))
-        events.declare("SpeechDetected", "ALSpeechRecognition", False)
-        events.declare(_STATUS, "ALSpeechRecognition", "Idle")
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
         self._words: list[str] = []
         self._spots, self._paused = False, False
         self._pushed: list[tuple[list[str], bool]] = []
         """Stack of vocabularies."""
-        self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
 
     def hear(self, said: str) -> list[str]:
         """Process an utterance of a person; the recognized words of the vocabulary, best first.
 
         Without word spotting the whole must be a word of the vocabulary; with it a part suffices.
         """
-        if not self.extractor.running or self._paused:
+        if not self.running or self._paused:
             return []
         self._events.raise_event(_STATUS, "SpeechDetected")
         self._events.raise_event("SpeechDetected", True)
@@ -75,7 +56,7 @@ class SpeechRecognition:
         else:
             found = [known[plain]] if plain in known else []
         found.sort(key=len, reverse=True)
-        found = found[: round(self._parameters["NbHypotheses"])]
+        found = found[: round(self.parameters["NbHypotheses"])]
         if found:
             shown = [f"<...> {word} <...>" if self._spots else word for word in found]
             value = [item for i, word in enumerate(shown) for item in (word, 1.0 - 0.1 * i)]
@@ -85,31 +66,30 @@ class SpeechRecognition:
         self._events.raise_event(_STATUS, "EndOfProcess")
         return found
 
-    @offers("ALSpeechRecognition.setVocabulary", partly="compared as text")
-    @offers("ALSpeechRecognition.setWordListAsVocabulary")
+    @offers("ALSpeechRecognition.setVocabulary", "ALSpeechRecognition.setWordListAsVocabulary")
     def _set_words(self, words: list[str], spots: bool = False) -> None:
         if not words:
             raise NaoqiRefused("ALSpeechRecognition.setVocabulary: the list of words is empty.")
-        if self.extractor.running and not self._paused and not self._pushed:
+        if self.running and not self._paused and not self._pushed:
             raise NaoqiRefused(
                 "ALSpeechRecognition.setVocabulary: it is running; pause(True) first, and pause(False) after."
             )
         self._spots = spots
         self._words = words[:MAX_WORDS]
 
-    @offers("ALSpeechRecognition.loadVocabulary", partly="the words in quotation marks of a .lxd file")
+    @offers("ALSpeechRecognition.loadVocabulary")
     def _load_words(self, path: RobotFile) -> Future[None]:
-        return self.files.load(path, _read_words, self._set_words)
+
+        def read(path: Path) -> list[str]:
+            content = read_limited(path, MAX_VOCABULARY, "give a vocabulary (.lxd)").decode("utf-8", "replace")
+            return re.findall(r'"([^"\n]+)"', content)
+
+        return self.files.load(path, read, self._set_words)
 
     @offers("ALSpeechRecognition.pause")
     def _pause(self, paused: bool) -> None:
         self._paused = paused
         self._events.raise_event(_STATUS, "ListenOff" if self._paused else "ListenOn")
-
-    @offers("ALSpeechRecognition.setParameter", partly="the sensitivity is without effect")
-    def _set_parameter(self, parameter: Parameter, value: float) -> None:
-        lower, upper, _ = _PARAMETERS[parameter]
-        self._parameters[parameter] = number(value, f"ALSpeechRecognition: {parameter}", lower, upper)
 
     @offers("ALSpeechRecognition.pushContexts")
     def _push(self) -> None:
@@ -121,21 +101,7 @@ class SpeechRecognition:
         if self._pushed:
             self._words, self._spots = self._pushed.pop()
 
-    @offers("ALSpeechRecognition.getParameter")
-    def _get_parameter(self, parameter: Parameter) -> float:
-        return self._parameters[parameter]
-
-    @offers("ALSpeechRecognition.setVisualExpression", partly=INERT)
-    def _show(self, enabled: bool) -> None:
-        """Without effect."""
-
     _get_available_languages = offers("ALSpeechRecognition.getAvailableLanguages")(lambda self: list(LANGUAGES))
-    _enable_free_speech_to_text = offers("ALSpeechRecognition._enableFreeSpeechToText")(lambda self: None)
-
-
-def _read_words(path: Path) -> list[str]:
-    content = read_limited(path, MAX_VOCABULARY, "give a vocabulary (.lxd)").decode("utf-8", "replace")
-    return re.findall(r'"([^"\n]+)"', content)
 
 
 def _plain(words: str) -> str:

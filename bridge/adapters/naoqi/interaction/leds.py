@@ -6,8 +6,8 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.declared import MAX_DURATION, Duration, Range, number, offers
 from bridge.dcm.actuators import led_names
 from bridge.errors import NaoqiRefused
@@ -81,16 +81,11 @@ def _is_rear(led: str) -> bool:
     return int(led.rpartition("/")[2].removesuffix("Deg")) >= 180
 
 
-class Leds:
-    """Methods of `ALLeds`; not thread-safe, the caller locks.
+class Leds(Service):
+    """Methods of `ALLeds`."""
 
-    Args:
-        joints: of the robot; their DCM has the LEDs.
-        tasks: for calls that end with the fade.
-    """
-
-    def __init__(self, joints: Joints, tasks: MotionTasks) -> None:
-        self._joints, self._tasks = joints, tasks
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
         self._all = led_names()
         self._groups = led_groups()
 
@@ -116,7 +111,9 @@ class Leds:
     @offers("ALLeds.fade")
     def fade(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)], duration: Duration) -> Future[Any]:
         """Fade a group to a brightness (0 to 1) in a time (s); waits for the end."""
-        return self._tasks.begin(self._run_paths([(led, [(duration, intensity)]) for led in self._group(name)]))
+        return self._others.begin(
+            self._run_paths([(led, [(duration, intensity)]) for led in self._group(name)])
+        )
 
     @offers("ALLeds.fadeRGB")
     def fade_rgb(self, name: str, *arguments: Any) -> Future[Any]:
@@ -145,7 +142,7 @@ class Leds:
             # A LED of one colour (ears, head) shows the brightest part.
             values = [colour[part[0]] if part else max(colour) for colour in colours]
             paths.append((led, list(zip(times, values, strict=True))))
-        return self._tasks.begin(self._run_paths(paths))
+        return self._others.begin(self._run_paths(paths))
 
     def _run_paths(self, paths: list[tuple[str, list[tuple[float, float]]]], least: float = 0.0) -> MotionTask:
         for led, points in paths:
@@ -157,8 +154,6 @@ class Leds:
         """Show pictures on both eyes, one after the other; waits for the end.
 
         Args:
-            method: for errors.
-            seconds: of the whole.
             step: of one picture, s.
             shade: colour (0x00RRGGBB) of each of the eight places in a picture, by their numbers.
         """
@@ -172,14 +167,14 @@ class Leds:
                     self._joints.put(f"{led}/Actuator/Value", [(0.0, _colour(shade(place, picture))[part])])
                 yield self._joints.now + round(1000.0 * step)
 
-        return self._tasks.begin(task())
+        return self._others.begin(task())
 
-    @offers("ALLeds.randomEyes", partly="the pattern is assumed")
+    @offers("ALLeds.randomEyes")
     def _random(self, duration: Any) -> Future[Any]:
         shades = list(_NAMED.values())
         return self._pattern("ALLeds.randomEyes", duration, _PERIOD, lambda i, n: shades[(5 * i + n * n) % 7])
 
-    @offers("ALLeds.rotateEyes", partly="the pattern is assumed")
+    @offers("ALLeds.rotateEyes")
     def _rotate(
         self, colour: Any, turn: Annotated[float, Range(0.16, MAX_DURATION)], duration: Any
     ) -> Future[Any]:
@@ -188,12 +183,12 @@ class Leds:
         step = turn / 8.0
         return self._pattern("ALLeds.rotateEyes", duration, step, lambda i, n: shade if n % 8 == i else 0)
 
-    @offers("ALLeds.rasta", partly="the pattern is assumed")
+    @offers("ALLeds.rasta")
     def _rasta(self, duration: Any) -> Future[Any]:
         shades = (_NAMED["green"], _NAMED["yellow"], _NAMED["red"])
         return self._pattern("ALLeds.rasta", duration, 0.5, lambda _, n: shades[n % 3])
 
-    @offers("ALLeds.earLedsSetAngle", partly="the pattern is assumed")
+    @offers("ALLeds.earLedsSetAngle")
     def _ears(
         self, degrees: Annotated[float, Range(-360.0, 360.0)], duration: Duration, leave: bool
     ) -> Future[Any]:
@@ -205,7 +200,7 @@ class Leds:
                 on = 36.0 * i <= abs(degrees)
                 at = duration * min(1.0, 36.0 * i / max(1.0, abs(degrees)))
                 paths.append((led, [(at, 1.0), (duration + 0.01, stays)] if on else [(0.0, 0.0)]))
-        return self._tasks.begin(self._run_paths(paths, duration))
+        return self._others.begin(self._run_paths(paths, duration))
 
     @offers("ALLeds.getIntensity")
     def intensity(self, name: str) -> float:
@@ -214,13 +209,10 @@ class Leds:
         values = self._joints.dcm.read(leds, self._joints.frame.position)
         return sum(values) / len(values)
 
-    @offers("ALLeds.on", "ALLeds.reset")
-    def _on(self, name: str) -> Any:
-        return self.fade(name, 1.0, 0.0)
-
-    @offers("ALLeds.off")
-    def _off(self, name: str) -> Any:
-        return self.fade(name, 0.0, 0.0)
+    @offers("ALLeds.on", "ALLeds.reset", intensity=1.0)
+    @offers("ALLeds.off", intensity=0.0)
+    def _switch(self, name: str, *, intensity: float) -> Any:
+        return self.fade(name, intensity, 0.0)
 
     @offers("ALLeds.setIntensity")
     def _set_intensity(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)]) -> Any:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.cameras import CameraFeed
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import INERT, Choice, OneOf, Range, Setting, offers
-from bridge.adapters.naoqi.robot_files import RobotFiles, in_thread
+from bridge.adapters.naoqi.declared import OneOf, Range, Setting, offers
+from bridge.adapters.naoqi.robot_files import in_thread
 from bridge.errors import NaoqiRefused
 
 FORMATS: Final = {
@@ -30,20 +30,12 @@ MAX_PICTURES: Final = 9000
 """Most pictures of a call or a film."""
 
 
-class _Setup:
-    """Settings of pictures; the initial values are assumed.
+class _Pictures(Service):
+    """Settings of pictures; the initial values are assumed."""
 
-    Args:
-        service: of the settings.
-        files: of the robot.
-    """
-
-    camera = Setting(".CameraID", 0, Annotated[int, Choice(0, 1)])
-    resolution = Setting(".Resolution", 1, Annotated[int, Choice(0, 1, 2)])
-    space = Setting(".ColorSpace", COLOUR, Annotated[int, Choice(GREY, COLOUR)])
-
-    def __init__(self, service: str, files: RobotFiles) -> None:
-        self.service, self._files = service, files
+    camera = Setting(".CameraID", 0, Annotated[int, OneOf("camera", (0, 1))])
+    resolution = Setting(".Resolution", 1, Annotated[int, OneOf("resolution", (0, 1, 2))])
+    space = Setting(".ColorSpace", COLOUR, Annotated[int, OneOf("colour space", (GREY, COLOUR))])
 
     @property
     def size(self) -> tuple[int, int]:
@@ -52,42 +44,28 @@ class _Setup:
         return width, 3 * width // 4
 
     def file(self, folder: str, name: str, overwrite: bool, method: str) -> Path:
-        """Path of a file to write; creates its folder below the robot's home.
-
-        Raises:
-            NaoqiRefused: it cannot be written, or exists and must not be replaced.
-        """
+        """Path of a file to write; creates its folder below the robot's home."""
         where = f"{self.service}.{method}"
-        path = self._files.new_file(f"{folder}/{name}")
+        path = self.files.new_file(f"{folder}/{name}")
         if os.path.exists(path) and not overwrite:
             raise NaoqiRefused(f"{where}: {path} is there already; another name or overwrite is expected.")
         return path
 
 
-class PhotoCapture:
-    """Methods of `ALPhotoCapture`; not thread-safe, the caller locks.
+class PhotoCapture(_Pictures):
+    """Methods of `ALPhotoCapture`."""
 
-    Args:
-        feed: pictures of its cameras.
-        tasks: for series of pictures.
-        now: the robot's clock, ms.
-        files: of the robot.
-    """
-
+    service = "ALPhotoCapture"
     form = Setting("ALPhotoCapture.PictureFormat", "jpg", Annotated[str, OneOf("format", FORMATS)])
     interval = Setting("ALPhotoCapture.CaptureInterval", 200, Annotated[int, Range(0, 3.6e6, "ms")])
-    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, INERT, reader="is", returns=True)
+    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, inert=True, reader="is", returns=True)
 
-    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int], files: RobotFiles) -> None:
-        self._feed, self._tasks, self._now = feed, tasks, now
-        self.setup = _Setup("ALPhotoCapture", files)
-
-    @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
+    @offers("ALPhotoCapture.takePicture")
     def _take(self, folder: str, name: str, overwrite: bool = True) -> Future[Any]:
-        path = self.setup.file(folder, f"{_bare(name, self.form)}.{self.form}", overwrite, "takePicture")
+        path = self.file(folder, f"{_bare(name, self.form)}.{self.form}", overwrite, "takePicture")
         return self._written(path, [str(path)])
 
-    @offers("ALPhotoCapture.takePictures", partly="as takePicture")
+    @offers("ALPhotoCapture.takePictures")
     def _take_some(
         self, count: Annotated[float, Range(1, MAX_PICTURES)], folder: str, name: str, overwrite: bool = True
     ) -> Future[Any]:
@@ -98,7 +76,7 @@ class PhotoCapture:
             """Take one picture after the other at the interval."""
             for i in range(series):
                 begun, file = self._now(), f"{bare}_{i}.{self.form}"
-                path = self.setup.file(folder, file, overwrite, "takePictures")
+                path = self.file(folder, file, overwrite, "takePictures")
                 done = self._written(path, None)
                 while not done.done() or (i < series - 1 and self._now() - begun < self.interval):
                     yield self._now() + 1
@@ -106,7 +84,7 @@ class PhotoCapture:
                 names.append(str(path))
             return [names]
 
-        return self._tasks.begin(task())
+        return self._others.begin(task())
 
     def _written(self, path: Path, result: Any) -> Future[Any]:
         """Take a picture and write it to a file; the result after the writing."""
@@ -125,12 +103,11 @@ class PhotoCapture:
             else:
                 written.set_result(result)
 
-        setup = self.setup
-        taken = self._feed.picture(setup.camera, *setup.size, setup.space, FORMATS[self.form])
+        taken = self._robot.feed.picture(self.camera, *self.size, self.space, FORMATS[self.form])
         taken.add_done_callback(write)
         return written
 
-    @offers("ALPhotoCapture.halfPress", partly=INERT)
+    @offers("ALPhotoCapture.halfPress")
     def _half_press(self) -> bool:
         self.half = not self.half
         return True
@@ -138,33 +115,28 @@ class PhotoCapture:
     _is_half_pressed = offers("ALPhotoCapture.isHalfPressed")(lambda self: self.half)
 
 
-class VideoRecorder:
-    """Methods of `ALVideoRecorder`; not thread-safe, the caller locks.
+class VideoRecorder(_Pictures):
+    """Methods of `ALVideoRecorder`."""
 
-    Args:
-        feed: pictures of its cameras.
-        tasks: for the recording.
-        now: the robot's clock, ms.
-        files: of the robot.
-    """
+    service = "ALVideoRecorder"
 
-    def __init__(self, feed: CameraFeed, tasks: MotionTasks, now: Callable[[], int], files: RobotFiles) -> None:
-        self._feed, self._tasks, self._now = feed, tasks, now
-        self.setup, self._rate = _Setup("ALVideoRecorder", files), 15
+    def __init__(self, robot: ServedRobot) -> None:
+        super().__init__(robot)
+        self._rate = 15
         self._path: Path | None = None
         self._taken: list[Future[Any]] = []
 
-    @offers("ALVideoRecorder.startRecording", partly="the pictures of ALVideoDevice, 9000 at most")
+    @offers("ALVideoRecorder.startRecording")
     def _start(self, folder: str, name: str, overwrite: bool = True) -> None:
         if self._path is not None:
             raise NaoqiRefused(f"ALVideoRecorder: {self._path} is being recorded; stop that first.")
-        path = self.setup.file(folder, f"{_bare(name, 'avi')}.avi", overwrite, "startRecording")
+        path = self.file(folder, f"{_bare(name, 'avi')}.avi", overwrite, "startRecording")
         self._taken = [self._shot()]
         self._path = path
-        self._tasks.begin(self._recording(path, self._rate))
+        self._others.begin(self._recording(path, self._rate))
 
     def _shot(self) -> Future[Any]:
-        return self._feed.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
+        return self._robot.feed.picture(self.camera, *self.size, self.space, "jpeg")
 
     def _recording(self, path: Path, rate: int) -> MotionTask:
         begun, taken = self._now(), self._taken
@@ -182,10 +154,10 @@ class VideoRecorder:
             raise NaoqiRefused(
                 "ALVideoRecorder.stopRecording: nothing is being recorded; startRecording begins."
             )
-        taken, size, rate = list(self._taken), self.setup.size, self._rate
+        taken, size, rate = list(self._taken), self.size, self._rate
         return in_thread(lambda: _write_film(path, taken, size, rate))
 
-    @offers("ALVideoRecorder.setVideoFormat", partly="MJPG")
+    @offers("ALVideoRecorder.setVideoFormat")
     def _set_format(self, form: Any) -> None:
         if form != "MJPG":
             raise NaoqiRefused(f"ALVideoRecorder.setVideoFormat: {form!r:.40} is not written; MJPG is.")
@@ -198,7 +170,6 @@ class VideoRecorder:
 
     _is_recording = offers("ALVideoRecorder.isRecording")(lambda self: self._path is not None)
     _get_frame_rate = offers("ALVideoRecorder.getFrameRate")(lambda self: self._rate)
-    _get_video_format = offers("ALVideoRecorder.getVideoFormat")(lambda self: "MJPG")
 
 
 def _bare(name: str, extension: str) -> str:
@@ -225,13 +196,7 @@ _PICTURE_TIMEOUT: Final = 60.0
 
 
 def avi(pictures: Sequence[bytes], size: tuple[int, int], rate: int) -> bytes:
-    """A film in motion JPEG (AVI RIFF, Microsoft's reference: `avih`, `strh`, `strf`, `movi`, `idx1`).
-
-    Args:
-        pictures: JPEG files.
-        size: columns and rows.
-        rate: pictures a second.
-    """
+    """A film in motion JPEG (AVI RIFF, Microsoft's reference: `avih`, `strh`, `strf`, `movi`, `idx1`)."""
     width, height = size
     count, most = len(pictures), max(map(len, pictures))
     film = struct.pack(

@@ -13,15 +13,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
-LANGUAGE_CODES: Final = {
-    **{"Arabic": "arw", "Brazilian": "ptb", "Chinese": "mnc", "Czech": "czc", "Danish": "dad", "Dutch": "dun"},
-    **{"English": "enu", "Finnish": "fif", "French": "frf", "German": "ged", "Greek": "grg", "Italian": "iti"},
-    **{"Japanese": "jpj", "Korean": "kok", "Norwegian": "nor", "Polish": "plp", "Portuguese": "ptp"},
-    **{"Russian": "rur", "Spanish": "spe", "Swedish": "sws", "Turkish": "trt"},
-}
-"""Language as NAOqi names it -> its code in topics (assumed: names of topics in public projects)."""
 MAX_RULES: Final = 1000
 """Rules and proposals of a topic."""
 MAX_WORDS: Final = 60
@@ -81,11 +75,7 @@ class Topic:
 
 
 def parse(source: str) -> Topic:
-    """Read a topic.
-
-    Raises:
-        NaoqiRefused: not a topic; names the line.
-    """
+    """Read a topic."""
     name, language = "", "enu"
     rules: list[Rule] = []
     proposals: list[Rule] = []
@@ -229,9 +219,6 @@ def captures(
     """The words that a pattern captures of a whole sentence; None: no match.
 
     Args:
-        pattern: of a rule.
-        said: the sentence.
-        concepts: by their lower-case names.
         steps: of the sentence, with all rules; without steps nothing matches.
     """
     words = plain_words(said)[:MAX_WORDS]
@@ -294,4 +281,4 @@ def with_kept(answer: str, kept: tuple[str, ...]) -> str:
 
 def codes(language: str) -> set[str]:
     """Names of a language in topics: its name, or a code."""
-    return {language, LANGUAGE_CODES.get(language, language)}
+    return {language, LANGUAGES[language].code if language in LANGUAGES else language}

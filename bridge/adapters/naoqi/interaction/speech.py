@@ -15,39 +15,30 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import INERT, OneOf, Range, Setting, offers, text
+import msgspec
+
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import OneOf, Parameters, Range, Setting, offers, text
 from bridge.adapters.naoqi.interaction.utterance import SPEEDS, Function, Utterance, utterance
-from bridge.adapters.naoqi.robot_files import NewFile, RobotFiles, in_thread
+from bridge.adapters.naoqi.robot_files import NewFile, in_thread
+from bridge.config import read_toml
 from bridge.errors import NaoqiRefused
+from bridge.validation import convert
 
 PROGRAM: Final = "espeak-ng"
 _WORDS_PER_MINUTE: Final = 150
-LANGUAGES: Final = {
-    "English": "en",
-    "French": "fr",
-    "German": "de",
-    "Italian": "it",
-    "Spanish": "es",
-    "Dutch": "nl",
-    "Japanese": "ja",
-    "Chinese": "cmn",
-    "Portuguese": "pt",
-    "Brazilian": "pt-br",
-    "Polish": "pl",
-    "Czech": "cs",
-    "Danish": "da",
-    "Finnish": "fi",
-    "Norwegian": "nb",
-    "Swedish": "sv",
-    "Greek": "el",
-    "Turkish": "tr",
-    "Russian": "ru",
-    "Arabic": "ar",
-    "Korean": "ko",
-}
-"""Language as NAOqi names it -> espeak-ng's voice."""
+
+
+class _Language(msgspec.Struct, frozen=True):
+    voice: str
+    """Name of a voice of espeak-ng."""
+    code: str
+    """In topics of dialogues (assumed: names of topics in public projects)."""
+
+
+LANGUAGES: Final = convert(read_toml(Path(__file__).with_name("languages.toml")), dict[str, _Language])
+"""By the name in NAOqi."""
 
 
 class Voice:
@@ -60,7 +51,6 @@ class Voice:
         """Begin to speak; the process ends with the sound. None: no voice.
 
         Args:
-            text: without marks.
             language: one of `LANGUAGES`.
             speed: per cent.
             volume: 0 to 1.
@@ -73,11 +63,7 @@ class Voice:
         )
 
     def write(self, text: str, language: str, speed: float, volume: float, path: Path) -> None:
-        """Write the speech to a WAV file.
-
-        Raises:
-            NaoqiRefused: no voice, or the file cannot be written.
-        """
+        """Write the speech to a WAV file."""
         if self._program is None:
             raise NaoqiRefused(f"ALTextToSpeech.sayToFile needs {PROGRAM}, which is not installed.")
         command = [self._program, *self._options(language, speed, volume), "-w", str(path), "--", text]
@@ -87,7 +73,7 @@ class Voice:
 
     def _options(self, language: str, speed: float, volume: float) -> list[str]:
         rate = round(_WORDS_PER_MINUTE * speed / 100.0)
-        return ["-v", LANGUAGES[language], "-s", str(rate), "-a", str(round(100.0 * volume))]
+        return ["-v", LANGUAGES[language].voice, "-s", str(rate), "-a", str(round(100.0 * volume))]
 
 
 logger = logging.getLogger(__name__)
@@ -116,7 +102,6 @@ _PREFIX: Final = "ALTextToSpeech"
 
 
 Language = Annotated[str, OneOf("language", LANGUAGES)]
-Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
 
 
 def _mode(mode: Any, _: str = "") -> int:
@@ -130,14 +115,10 @@ def _mode(mode: Any, _: str = "") -> int:
 Mode = Annotated[int, _mode]
 
 
-class Speech:
-    """Speech of one text after the other; not thread-safe, the caller locks.
+class Speech(Service):
+    """Speech of one text after the other.
 
     Args:
-        tasks: for calls that end with the speech, not affected by a stop of all motions.
-        events: to be raised.
-        now: the robot's clock, ms.
-        files: of the robot.
         animate: begins an animation or a behaviour by its name; done at its end, None: its end is not known.
     """
 
@@ -147,43 +128,21 @@ class Speech:
         "ALTextToSpeech.Voice",
         VOICES[0],
         Annotated[str, OneOf("voice", VOICES)],
-        "one voice speaks, under any of the vendor's names",
     )
 
-    def __init__(
-        self,
-        tasks: MotionTasks,
-        events: Events,
-        now: Callable[[], int],
-        files: RobotFiles,
-        animate: Callable[[str], Future[Any] | None],
-    ) -> None:
-        self._tasks, self._events, self._now, self.files = tasks, events, now, files
+    parameters = Parameters("ALTextToSpeech", _PARAMETERS)
+
+    def __init__(self, robot: ServedRobot, animate: Callable[[str], Future[Any] | None]) -> None:
+        super().__init__(robot)
         self._animate = animate
         self._voice = Voice()
         self._numbers = itertools.count(1)
         self._waiting: list[int] = []
         """Numbers of the present text and the waiting ones."""
-        self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
         self._mode = 2
         self._notifies = True
-        for event, value in (
-            ("Status", [0, "done"]),
-            ("TextStarted", 0),
-            ("TextDone", 1),
-            ("TextInterrupted", 0),
-            ("CurrentSentence", ""),
-            ("CurrentWord", ""),
-            ("PositionOfCurrentWord", 0),
-            ("CurrentBookMark", 0),
-        ):
-            events.declare(f"{_PREFIX}/{event}", _PREFIX, value)
-        events.declare("ALAnimatedSpeech/EndOfAnimatedSpeech", "ALAnimatedSpeech")
 
-    @offers(
-        "ALTextToSpeech.say",
-        partly="heard where espeak-ng is installed; elsewhere it takes the time of 14 letters a second",
-    )
+    @offers("ALTextToSpeech.say")
     def say(self, sentence: Any, language: Language | None = None) -> Future[Any]:
         """Speak a text; waits for its end."""
         spoken = self._text(sentence, "ALTextToSpeech.say")
@@ -193,7 +152,7 @@ class Speech:
         """Speak an answer of a dialogue with its animations."""
         return self._begin(self._text(sentence, "ALDialog"), self.language)
 
-    @offers("ALAnimatedSpeech.say", partly="animations of its text are played, others are not chosen")
+    @offers("ALAnimatedSpeech.say")
     def say_animated(self, sentence: Any, settings: Any = None) -> Future[Any]:
         """Speak a text and play the animations that `^start` and `^run` in it name; waits for its end."""
         spoken = self._text(sentence, "ALAnimatedSpeech.say")
@@ -212,13 +171,13 @@ class Speech:
             raise NaoqiRefused(
                 f"{method} takes {MAX_TEXT} letters at once, and {MAX_WAITING} texts that wait to be spoken."
             )
-        return utterance(spoken, self._parameters["speed"])
+        return utterance(spoken, self.parameters["speed"])
 
     def _begin(self, spoken: Utterance, language: str, event: str = "") -> Future[Any]:
         number_ = next(self._numbers)
         self._waiting.append(number_)
         self._raise("Status", [number_, "enqueued"])
-        return self._tasks.begin(self._spoken(number_, spoken, language, event))
+        return self._others.begin(self._spoken(number_, spoken, language, event))
 
     def _spoken(self, number_: int, spoken: Utterance, language: str, event: str) -> MotionTask:
         while self._waiting and self._waiting[0] != number_ and number_ in self._waiting:
@@ -230,7 +189,7 @@ class Speech:
         self._raise("CurrentSentence", spoken.plain)
         self._raise("TextStarted", 1)
         self._raise("Status", [number_, "started"])
-        process = self._voice.speak(spoken.plain, language, self._parameters["speed"], self.volume)
+        process = self._voice.speak(spoken.plain, language, self.parameters["speed"], self.volume)
         try:
             ended = yield from self._words(number_, spoken, process)
         finally:
@@ -277,12 +236,7 @@ class Speech:
         return True
 
     def _perform(self, function: Function, played: dict[str, Future[Any] | None]) -> Future[Any] | None:
-        """Carry out a function of a text; the animation that the text waits for.
-
-        Args:
-            function: of the text.
-            played: animations of the text by their names.
-        """
+        """Carry out a function of a text; the animation that the text waits for."""
         kind, name = function.name.removesuffix("Tag"), function.argument
         if kind != function.name:
             name = f"animations/Stand/Gestures/{name}"
@@ -299,19 +253,10 @@ class Speech:
         if self._notifies:
             self._events.raise_event(f"{_PREFIX}/{event}", value)
 
-    @offers("ALTextToSpeech.setParameter", partly="only the speed has an effect")
-    def _set_parameter(self, parameter: Parameter, value: float) -> None:
-        lower, upper, _ = _PARAMETERS[parameter]
-        if not (lower <= value <= upper or (value == 0.0 and parameter != "speed")):
-            raise NaoqiRefused(
-                f"ALTextToSpeech.setParameter: {parameter} is {value:g}; {lower:g} to {upper:g} is expected."
-            )
-        self._parameters[parameter] = value
-
-    @offers("ALTextToSpeech.sayToFile", partly="where espeak-ng is installed")
+    @offers("ALTextToSpeech.sayToFile")
     def _to_file(self, sentence: Any, path: NewFile) -> Future[Any]:
         spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
-        settings = (self.language, self._parameters["speed"], self.volume)
+        settings = (self.language, self.parameters["speed"], self.volume)
         return in_thread(lambda: self._voice.write(spoken.plain, *settings, path))
 
     @offers("ALTextToSpeech.stopAll")
@@ -322,37 +267,20 @@ class Speech:
     def _notify(self, enabled: bool) -> None:
         self._notifies = enabled
 
-    @offers("ALTextToSpeech.getParameter")
-    def _get_parameter(self, parameter: Parameter) -> float:
-        return self._parameters[parameter]
-
-    @offers("ALTextToSpeech.loadVoicePreference", partly=INERT)
-    def _load_voice(self, name: str) -> None:
-        """Without effect."""
-
-    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=INERT)
+    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr")
     def _set_body_language_mode(self, mode: Mode) -> None:
         self._mode = mode
 
-    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=INERT)
+    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled")
     def _set_body_language_enabled(self, enabled: bool) -> Any:
         self._mode = 2 if enabled else 0
 
-    @offers(
-        "ALAnimatedSpeech.addTagsToWords",
-        "ALAnimatedSpeech.declareTagForAnimations",
-        "ALAnimatedSpeech.addTagForAnimations",
-        partly=INERT,
-    )
-    def _keep_tags(self, tags: Any) -> None:
-        """Check tags of animations or words; no effect."""
-        if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
-            raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
-
-    _get_supported_languages = offers("ALTextToSpeech.getSupportedLanguages")(lambda self: list(LANGUAGES))
+    _get_supported_languages = offers(
+        "ALTextToSpeech.getSupportedLanguages", "ALTextToSpeech.getAvailableLanguages"
+    )(lambda self: list(LANGUAGES))
     _get_available_voices = offers("ALTextToSpeech.getAvailableVoices")(lambda self: list(VOICES))
-    _reset_speed = offers("ALTextToSpeech.resetSpeed")(lambda self: self._set_parameter("speed", 100.0))
-    _locale = offers("ALTextToSpeech.locale")(lambda self: LANGUAGES[self.language])
+    _reset_speed = offers("ALTextToSpeech.resetSpeed")(lambda self: self.parameters.update(speed=100.0))
+    _locale = offers("ALTextToSpeech.locale")(lambda self: LANGUAGES[self.language].voice)
     _enable_notifications = offers("ALTextToSpeech.enableNotifications")(lambda self: self._notify(True))
     _disable_notifications = offers("ALTextToSpeech.disableNotifications")(lambda self: self._notify(False))
     _get_body_language_mode = offers("ALAnimatedSpeech.getBodyLanguageMode")(lambda self: self._mode)
@@ -362,7 +290,3 @@ class Speech:
     _is_body_language_enabled = offers(
         "ALAnimatedSpeech.isBodyLanguageEnabled", "ALAnimatedSpeech.isBodyTalkEnabled"
     )(lambda self: self._mode != 0)
-
-    _get_available_languages = offers(
-        "ALTextToSpeech.getAvailableLanguages", partly="the languages that espeak-ng may have"
-    )(lambda self: list(LANGUAGES))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
@@ -12,22 +12,8 @@ import numpy as np
 
 from bridge.adapters.naoqi.core.cameras import CAMERAS
 from bridge.adapters.naoqi.core.cartesian import look_angles, pointing_angles
-from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import (
-    INERT,
-    OneOf,
-    Range,
-    Setting,
-    Vector,
-    flag,
-    fraction,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.core.served import ServedRobot, Service
+from bridge.adapters.naoqi.declared import OneOf, Range, Setting, Vector, flag, fraction, number, offers, text
 from bridge.adapters.naoqi.interaction.detection import Scene, Sighting
 from bridge.body.cameras import cameras
 from bridge.body.kinematics import inverse
@@ -45,7 +31,21 @@ _MAX_WALK_SPEED: Final = (0.10, 0.4)
 """m/s ahead and rad/s of a walk to a target at most (assumed)."""
 _WALK_GAIN: Final = 0.5
 """1/s, of the walk's velocity over distance and angle (assumed)."""
-Walk = Callable[[float, float, float], Future[Any]]
+TARGETS: Final[dict[str, ThingKind | None]] = {
+    "RedBall": "ball",
+    "Face": "face",
+    "LandMark": "landmark",
+    "LandMarks": "landmark",
+    "People": "face",
+    "Sound": None,
+}
+_FACE_DIAMETER: Final = 0.15
+"""m; diameter of a person's face (assumed)."""
+MODES: Final = ("Head", "WholeBody", "Move")
+EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
+Target = Annotated[str, OneOf("target", TARGETS)]
+Position = Annotated[list[float], Vector("x, y, z", -1e3, 1e3, "m")]
+Relative = Annotated[list[float], Vector("x, y, theta, dx, dy, dtheta")]
 
 
 @dataclass(frozen=True)
@@ -62,67 +62,63 @@ class FollowedTarget:
     """Numbers of the landmarks to follow; empty: all."""
 
 
-class Following:
-    """Follows one target; not thread-safe, the caller locks.
+class Tracker(Service):
+    """Methods of `ALTracker`: the head, and arms and walk if wanted, follow one target."""
 
-    Args:
-        scene: has the things.
-        frames: of the robot.
-        motion: turns its head.
-        events: for the loss or the reaching of a target.
-        neck: height of the head's joints in the Torso frame, m.
-        walk: walks at a velocity; None: no walker.
-    """
+    _distance = Setting(
+        "ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], inert=True
+    )
+    _mode = Setting("ALTracker.Mode", "Head", Annotated[str, OneOf("mode", MODES)])
+    _effector = Setting("ALTracker.Effector", "None", Annotated[str, OneOf("effector", EFFECTORS)])
+    _time_out = Setting("ALTracker.TimeOut", 2000, Annotated[int, Range(0.0, 1e9)])
+    """ms after which the target is lost"""
+    _relative = Setting("ALTracker.RelativePosition", [0.0] * 6, Relative)
+    """Goal of the robot relative to the target: x, y (m), angle (rad), and their tolerances."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        frames: RobotFrames,
-        motion: JointMotion,
-        events: Events,
-        neck: float,
-        walk: Walk | None,
-    ) -> None:
-        self._scene, self._frames, self._motion, self._events = scene, frames, motion, events
-        self._neck, self._walk = neck, walk
-        self._cameras = [camera.name for camera in cameras(frames.body)]
-        self.target: FollowedTarget | None = None
-        self.walks, self.time_out = False, 2000
-        """Whether the robot walks to the target; ms after which it is lost."""
-        self.relative: Sequence[float] = (0.0,) * 6
-        """Goal of the robot relative to the target: x, y (m), angle (rad), and their tolerances."""
+    def __init__(self, robot: ServedRobot, scene: Scene) -> None:
+        super().__init__(robot)
+        self._scene = scene
+        self._cameras = [camera.name for camera in cameras(robot.body)]
+        self._target: FollowedTarget | None = None
+        self._targets: dict[str, FollowedTarget] = {}
+        """Registered."""
         self._place: Array | None = None
         """FRAME_WORLD, (4,)."""
-        self.arms: Sequence[str] = ()
-        """Pointing arms."""
         self._last_history: list[list[Any]] = []
         """Event's history at the last update."""
         self._due = self._seen = self._ordered = 0
         self._lost, self._reached, self._walking = True, False, False
-        for event in ("TargetLost", "TargetReached", "TargetDetected", "ActiveTargetChanged"):
-            events.declare(f"ALTracker/{event}", "ALTracker")
+
+    @offers("ALTracker.initialize")
+    def _initialize(self) -> None:
+        self.end()
+        self._targets = {}
+        self._mode, self._effector, self._distance = "Head", "None", 1.0
+        self._time_out, self._relative = 2000, [0.0] * 6
 
     @property
     def lost(self) -> bool:
         """Whether the target is out of sight."""
-        return self.target is None or self._lost
+        return self._target is None or self._lost
 
     def begin(self, target: FollowedTarget) -> None:
         """Follow a target from now on."""
         self.end()
-        self.target, self._place, self._due = target, None, 0
+        self._target, self._place, self._due = target, None, 0
         self._lost, self._reached, self._seen = True, False, -1
         self._last_history = self._events.history(target.name)
         self._events.raise_event("ALTracker/ActiveTargetChanged", target.name)
 
+    @offers("ALTracker.stopTracker")
     def end(self) -> None:
         """Follow nothing; a walk to a target ends."""
-        if self.target is not None:
+        if self._target is not None:
             self._events.raise_event("ALTracker/ActiveTargetChanged", "")
-        self.target = None
+        self._target = None
         self._order((0.0, 0.0, 0.0))
 
-    def position(self, space: Any) -> list[float]:
+    @offers("ALTracker.getTargetPosition")
+    def _position(self, space: Any = 0) -> list[float]:
         """Last place of the target in a space, m; empty: none."""
         if self._place is None:
             return []
@@ -131,25 +127,33 @@ class Following:
         in_space = inverse(self._frames.space(space, links, True)) @ to_torso @ self._place
         return [float(x) for x in in_space[:3]]
 
+    def place_of(self, target: FollowedTarget) -> list[float]:
+        """Last place of a followed target in FRAME_TORSO, m; empty: none."""
+        return self._position() if self.follows(target) else []
+
+    def follows(self, target: FollowedTarget) -> bool:
+        """Whether this is the target."""
+        return self._target == target
+
     def update(self, now: int) -> None:
         """Follow the target in the cycle at `now` of the robot's clock, ms."""
-        if self.target is None or now < self._due:
+        if self._target is None or now < self._due:
             return
         self._due = now + PERIOD
         if self._seen < 0:
             self._seen = now
-        found = self._find(self.target)
+        found = self._find(self._target)
         if found is None:
-            if not self._lost and now - self._seen > self.time_out:
+            if not self._lost and now - self._seen > self._time_out:
                 self._lost = True
                 self._order((0.0, 0.0, 0.0))
-                self._events.raise_event("ALTracker/TargetLost", self.target.name)
+                self._events.raise_event("ALTracker/TargetLost", self._target.name)
             return
         if self._lost:
-            self._events.raise_event("ALTracker/TargetDetected", self.target.name)
+            self._events.raise_event("ALTracker/TargetDetected", self._target.name)
         self._lost, self._seen = False, now
         self._turn_head(found)
-        if self.walks:
+        if self._mode == "Move":
             self._approach(now)
 
     def _find(self, target: FollowedTarget) -> Array | None:
@@ -171,7 +175,11 @@ class Following:
         place = history[-1][0] if history and history != before else None
         while isinstance(place, list) and place and isinstance(place[0], list):
             place = place[0]
-        if not isinstance(place, list) or len(place) < 3 or not all(map(_is_length, place[:3])):
+        if (
+            not isinstance(place, list)
+            or len(place) < 3
+            or not all(isinstance(x, int | float) and abs(x) < 1e3 for x in place[:3])
+        ):
             return None
         self._place = np.array((*place[:3], 1.0))
         point: Array = self._frames.space(1, self._frames.measured_links(), True) @ self._place
@@ -179,20 +187,20 @@ class Following:
 
     def _turn_head(self, point: Array) -> None:
         camera, place = self._frames.effectors[self._cameras[0]].fixed, [float(x) for x in point[:3]]
-        angles = look_angles(place, self._neck, camera)
+        angles = look_angles(place, self._body.lengths.NeckOffsetZ, camera)
         self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), HEAD_SPEED)
-        for arm in self.arms:
-            pointing = pointing_angles(place, arm, self._frames.body.lengths)
+        for arm in EFFECTORS[self._effector]:
+            pointing = pointing_angles(place, arm, self._body.lengths)
             self._motion.set_angles(list(pointing), list(pointing.values()), HEAD_SPEED)
 
     def _approach(self, now: int) -> None:
-        x, y, _ = self.position(2)
-        near_x, near_angle = self.relative[3] or 0.1, self.relative[5] or 0.3
-        ahead, angle = x + self.relative[0], math.atan2(y, x) + self.relative[2]
+        x, y, _ = self._position(2)
+        near_x, near_angle = self._relative[3] or 0.1, self._relative[5] or 0.3
+        ahead, angle = x + self._relative[0], math.atan2(y, x) + self._relative[2]
         if abs(ahead) < near_x and abs(angle) < near_angle:
             self._order((0.0, 0.0, 0.0))
             if not self._reached:
-                self._events.raise_event("ALTracker/TargetReached", self.target.name if self.target else "")
+                self._events.raise_event("ALTracker/TargetReached", self._target.name if self._target else "")
             self._reached = True
             return
         self._reached = False
@@ -203,71 +211,10 @@ class Following:
             self._order((speed, 0.0, max(-turn, min(turn, _WALK_GAIN * angle))))
 
     def _order(self, velocity: Vec3) -> None:
-        walking = any(velocity)
-        if self._walk is not None and (walking or self._walking):
-            self._walk(*velocity)
+        walking, walk = any(velocity), self._robot.walks.get("move")
+        if walk is not None and (walking or self._walking):
+            walk(*velocity)
         self._walking = walking
-
-
-def _is_length(x: Any) -> bool:
-    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e3
-
-
-def point_of(sighting: Sighting, size: float) -> Array:
-    """Place of a thing in the camera's frame, homogeneous, (4,), m.
-
-    Args:
-        sighting: Its angles and its angular size in the picture, rad.
-        size: Its diameter, m.
-    """
-    distance = 0.5 * size / math.sin(0.5 * sighting.size)
-    across, down = math.tan(sighting.alpha), math.tan(sighting.beta)
-    depth = distance / math.sqrt(1.0 + across * across + down * down)
-    return np.array((depth, depth * across, -depth * down, 1.0))
-
-
-TARGETS: Final = ("RedBall", "Face", "LandMark", "LandMarks", "People", "Sound")
-_KINDS: Final[dict[str, ThingKind]] = {
-    "RedBall": "ball",
-    "Face": "face",
-    "LandMark": "landmark",
-    "LandMarks": "landmark",
-    "People": "face",
-}
-_FACE_DIAMETER: Final = 0.15
-"""m; diameter of a person's face (assumed)."""
-MODES: Final = ("Head", "WholeBody", "Move")
-EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
-
-
-Target = Annotated[str, OneOf("target", TARGETS)]
-Position = Annotated[list[float], Vector("x, y, z", -1e3, 1e3, "m")]
-
-
-class Tracker:
-    """Methods of `ALTracker`; not thread-safe, the caller locks.
-
-    Args:
-        joints: of the robot.
-        motion: moves them.
-        frames: of the robot.
-        following: its loop.
-    """
-
-    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], INERT)
-
-    def __init__(self, joints: Joints, motion: JointMotion, frames: RobotFrames, following: Following) -> None:
-        self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
-        self._initialize()
-
-    @offers("ALTracker.initialize")
-    def _initialize(self) -> None:
-        self._following.end()
-        self._targets: dict[str, FollowedTarget] = {}
-        self._mode, self._effector = "Head", "None"
-        self.distance = 1.0
-        self._following.walks, self._following.time_out = False, 2000
-        self._following.relative, self._following.arms = (0.0,) * 6, ()
 
     def _point(self, position: Sequence[float], space: Any) -> Sequence[float]:
         """A point in the Torso frame, m."""
@@ -275,7 +222,7 @@ class Tracker:
         x, y, z, _ = self._frames.space(space, links, True) @ (*position, 1.0)
         return float(x), float(y), float(z)
 
-    @offers("ALTracker.lookAt", kind="joints", partly="by the head only")
+    @offers("ALTracker.lookAt", kind="joints")
     def look_at(self, position: Position, *arguments: Any) -> Future[Any]:
         """Turn the head so that a camera's axis intersects a point; waits for the end.
 
@@ -293,14 +240,10 @@ class Tracker:
         share = fraction(rest[1], "ALTracker.lookAt: fractionMaxSpeed")
         point = self._point(position, rest[0])
         place = self._frames.effectors[CAMERAS[camera]].fixed
-        angles = look_angles(point, self._joints.body.lengths.NeckOffsetZ, place)
+        angles = look_angles(point, self._body.lengths.NeckOffsetZ, place)
         return self._motion.interpolation_with_speed(["HeadYaw", "HeadPitch"], list(angles), share)
 
-    @offers(
-        "ALTracker.pointAt",
-        kind="joints",
-        partly="with a straight arm, and the elbow's offset of 15 mm left out",
-    )
+    @offers("ALTracker.pointAt", kind="joints")
     def point_at(
         self, effector: Annotated[str, OneOf("arm", ("LArm", "RArm"))], position: Position, *arguments: Any
     ) -> Future[Any]:
@@ -316,91 +259,55 @@ class Tracker:
         space, speed = (0, *arguments)[-2:]
         share = fraction(speed, "ALTracker.pointAt: fractionMaxSpeed")
         point = self._point(position, space)
-        angles = pointing_angles(point, effector, self._joints.body.lengths)
+        angles = pointing_angles(point, effector, self._body.lengths)
         return self._motion.interpolation_with_speed(list(angles), list(angles.values()), share)
 
-    @offers("ALTracker.registerTarget", partly="of People the faces are followed; Sound is never heard")
+    @offers("ALTracker.registerTarget")
     def _register(self, name: Target, parameters: Any = None) -> None:
         self._targets[name] = _target(name, parameters)
 
     @offers("ALTracker.track", kind="joints")
-    def track(self, name: Target) -> None:
-        """Follow a registered target.
-
-        Raises:
-            NaoqiRefused: it is not registered.
-        """
+    def _track(self, name: Target) -> None:
+        """Follow a registered target."""
         if name not in self._targets:
             raise NaoqiRefused(f"ALTracker.track: {name} is not registered; call registerTarget first.")
-        self._following.begin(self._targets[name])
+        self.begin(self._targets[name])
 
-    @offers(
-        "ALTracker.trackEvent",
-        kind="joints",
-        partly="the first three numbers are a place in FRAME_WORLD; the rest of the event is not used",
-    )
-    def track_event(self, event: str) -> None:
+    @offers("ALTracker.trackEvent", kind="joints")
+    def _track_event(self, event: str) -> None:
         """Follow the places of an event of ALMemory: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
-        self._following.begin(FollowedTarget(event, None, 0.0))
+        self.begin(FollowedTarget(event, None, 0.0))
 
     @offers("ALTracker.unregisterAllTargets")
     def _clear(self) -> None:
-        self._following.end()
+        self.end()
         self._targets.clear()
-
-    @offers("ALTracker.getActiveTarget")
-    def _active(self) -> str:
-        return self._following.target.name if self._following.target else ""
 
     @offers("ALTracker.unregisterTarget", "ALTracker.unregisterTargets")
     def _unregister(self, names: Any) -> None:
         for name in names if isinstance(names, list) else [names]:
             self._targets.pop(text(name, "ALTracker: target"), None)
 
-    @offers("ALTracker.setMode", partly="WholeBody is as Head; in Move the head rests while the robot walks")
-    def _set_mode(self, mode: Annotated[str, OneOf("mode", MODES)]) -> None:
-        self._mode, self._following.walks = mode, mode == "Move"
-
-    @offers(
-        "ALTracker.setEffector",
-        partly="the arm points with a straight elbow, and the elbow's offset of 15 mm left out",
-    )
-    def _set_effector(self, effector: Annotated[str, OneOf("effector", EFFECTORS)]) -> None:
-        self._effector = effector
-        self._following.arms = EFFECTORS[self._effector]
-
-    @offers("ALTracker.setRelativePosition", partly="x, the angle and their thresholds, in mode Move")
-    def _set_relative(self, position: Annotated[list[float], Vector("x, y, theta, dx, dy, dtheta")]) -> None:
-        self._following.relative = position
-
-    @offers("ALTracker.setTimeOut")
-    def _set_time_out(self, milliseconds: Annotated[float, Range(0.0, 1e9)]) -> None:
-        self._following.time_out = round(milliseconds)
-
-    @offers("ALTracker.toggleSearch", partly="without effect: nothing searches")
-    def _search(self, on: bool) -> None:
-        """Without effect."""
-
-    _get_registered_targets = offers("ALTracker.getRegisteredTargets", "ALTracker.getManagedTargets")(
+    _active = offers("ALTracker.getActiveTarget")(lambda self: self._target.name if self._target else "")
+    _registered = offers("ALTracker.getRegisteredTargets", "ALTracker.getManagedTargets")(
         lambda self: list(self._targets)
     )
-    _get_supported_targets = offers("ALTracker.getSupportedTargets", "ALTracker.getTargetNames")(
-        lambda self: list(TARGETS)
-    )
-    _get_available_modes = offers("ALTracker.getAvailableModes")(lambda self: list(MODES))
-    _get_mode = offers("ALTracker.getMode")(lambda self: self._mode)
-    _get_effector = offers("ALTracker.getEffector")(lambda self: self._effector)
-    _get_relative_position = offers("ALTracker.getRelativePosition")(
-        lambda self: list(self._following.relative)
-    )
-    _get_time_out = offers("ALTracker.getTimeOut")(lambda self: self._following.time_out)
-    _stop_tracker = offers("ALTracker.stopTracker")(lambda self: self._following.end())
-    _is_active = offers("ALTracker.isActive")(lambda self: self._following.target is not None)
-    _is_target_lost = offers("ALTracker.isTargetLost")(lambda self: self._following.lost)
-    _is_new_target_detected = offers("ALTracker.isNewTargetDetected")(lambda self: not self._following.lost)
-    _get_target_position = offers("ALTracker.getTargetPosition")(
-        lambda self, space=0: self._following.position(space)
-    )
+    _is_active = offers("ALTracker.isActive")(lambda self: self._target is not None)
+    _is_target_lost = offers("ALTracker.isTargetLost")(lambda self: self.lost)
+    _is_new_target_detected = offers("ALTracker.isNewTargetDetected")(lambda self: not self.lost)
+
+
+def point_of(sighting: Sighting, size: float) -> Array:
+    """Place of a thing in the camera's frame, homogeneous, (4,), m.
+
+    Args:
+        sighting: Its angles and its angular size in the picture, rad.
+        size: Its diameter, m.
+    """
+    distance = 0.5 * size / math.sin(0.5 * sighting.size)
+    across, down = math.tan(sighting.alpha), math.tan(sighting.beta)
+    depth = distance / math.sqrt(1.0 + across * across + down * down)
+    return np.array((depth, depth * across, -depth * down, 1.0))
 
 
 class OldTracker:
@@ -409,38 +316,28 @@ class OldTracker:
     Args:
         target: ALTracker's name of it.
         size: diameter, m.
-        following: the loop.
     """
 
-    def __init__(self, target: str, size: float, following: Following) -> None:
+    def __init__(self, tracker: Tracker, target: str, size: float) -> None:
         self.service = f"AL{target}Tracker"
-        self._target, self._following = _target(target, size), following
+        self._tracker, self._target = tracker, _target(target, size)
 
-    def _active(self) -> bool:
-        return self._following.target == self._target
-
-    def _place(self) -> list[float]:
-        """Last place of the target in FRAME_TORSO, m; zeros: none (assumed)."""
-        return (self._following.position(0) if self._active() else []) or [0.0, 0.0, 0.0]
-
-    _stop_tracker = offers(".stopTracker")(lambda self: self._following.end())
-    _is_active = offers(".isActive")(lambda self: self._active())
-    _is_new_data = offers(".isNewData")(lambda self: self._active() and not self._following.lost)
-    _get_position = offers(".getPosition")(lambda self: self._place())
-    _start_tracker = offers(".startTracker", kind="joints")(lambda self: self._following.begin(self._target))
-
-    @offers(".setWholeBodyOn", partly="without effect: the head alone turns")
-    def _set_whole_body(self, on: bool) -> None:
-        """Without effect."""
+    _stop_tracker = offers(".stopTracker")(lambda self: self._tracker.end())
+    _is_active = offers(".isActive")(lambda self: self._tracker.follows(self._target))
+    _is_new_data = offers(".isNewData")(lambda self: self._is_active() and not self._tracker.lost)
+    _get_position = offers(".getPosition")(  # zeros: no place (assumed)
+        lambda self: self._tracker.place_of(self._target) or [0.0, 0.0, 0.0]
+    )
+    _start_tracker = offers(".startTracker", kind="joints")(lambda self: self._tracker.begin(self._target))
 
 
 def _target(name: str, parameters: Any) -> FollowedTarget:
     """A target by its name and the parameter of `registerTarget`: a diameter, with or without marks."""
     if name in ("People", "Sound"):  # registered without a size
-        return FollowedTarget(name, _KINDS.get(name), _FACE_DIAMETER)
+        return FollowedTarget(name, TARGETS[name], _FACE_DIAMETER)
     size, marks = parameters, []
     if isinstance(parameters, list) and parameters:
         size = parameters[0]
         marks = parameters[1] if len(parameters) > 1 and isinstance(parameters[1], list) else []
     diameter = number(size, f"ALTracker.registerTarget: size of {name}", 0.001, 10.0)
-    return FollowedTarget(name, _KINDS[name], diameter, tuple(str(mark) for mark in marks))
+    return FollowedTarget(name, TARGETS[name], diameter, tuple(str(mark) for mark in marks))

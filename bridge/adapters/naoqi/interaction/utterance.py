@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 LETTERS_PER_SECOND: Final = 14.0
-"""Of speech at speed 100 (assumed: 150 words a minute)."""
+"""Rate of speech at speed 100 (assumed: 150 words a minute)."""
 SENTENCE_PAUSE: Final = 0.3
 """s after a full stop (assumed)."""
 SPEEDS: Final = (50.0, 400.0)
@@ -57,7 +57,6 @@ def utterance(text: str, speed: float = 100.0) -> Utterance:
     """Read the marks of a text and time its words.
 
     Args:
-        text: with marks.
         speed: unless a mark changes it, per cent.
     """
     now, place, pieces, bookmark = 0.0, 0, [], None

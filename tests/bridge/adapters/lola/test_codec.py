@@ -1,4 +1,4 @@
-"""None"""
+"""Maps of LoLA in a stream of bytes, and the setpoints in them."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def test_100_000_damaged_replies_never_desynchronise_the_stream() -> None:
     assert late < 1000  # the rest of such a damaged message looks like a part of the next
 
 
-@pytest.mark.parametrize("wrong", [True, False, "0.1", None, math.nan, [0.1]])
+@pytest.mark.parametrize("wrong", [True, False, "0.1", None, math.nan, math.inf, [0.1]])
 def test_an_element_that_is_no_number_leaves_its_joint_as_it_was(wrong: object) -> None:
     """LoLA's arrays are float 32; msgpack's booleans are another type."""
     setpoints = Setpoints([0.0] * 25)
@@ -135,3 +135,20 @@ def test_an_element_that_is_no_number_leaves_its_joint_as_it_was(wrong: object) 
     assert setpoints.position([0.5] * 25) == (0.5, *[0.1] * 24)
     assert [error.kind for error in errors] == ["Position, number"]
     assert "HeadYaw" in errors[0].text
+
+
+@pytest.mark.parametrize(
+    ("values", "position", "stiffness"),
+    [
+        ({"Stiffness": [7.0, -7.0, *[0.5] * 23]}, 0.0, (1.0, -1.0, *[0.5] * 23)),
+        ({"Position": [1.0] * 24, "Stiffness": [0.0] * 25}, 0.0, (0.0,) * 25),
+        ({"Position": [30.0] * 25}, 30.0, (0.2,) * 25),  # degrees? the robot's own ranges clip it
+    ],
+)
+def test_a_wrong_map_is_one_error_and_the_rest_of_it_counts(
+    values: dict[str, Any], position: float, stiffness: tuple[float, ...]
+) -> None:
+    setpoints = Setpoints([0.2] * 25)
+    assert len(setpoints.update(values)) == 1
+    assert setpoints.position([0.0] * 25)[0] == position
+    assert setpoints.stiffness == stiffness

@@ -1,15 +1,12 @@
-"""Sensor frames for the tests of NAOqi."""
+"""A served robot for the tests of NAOqi."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
-from bridge.messages import SensorFrame
-from tests.frames import standing_frame
+from tests.bridge.adapters.naoqi.served import Robot
 
 
 @pytest.fixture
-def standing() -> Callable[..., SensorFrame]:
-    return standing_frame
+def robot() -> Robot:
+    return Robot()

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 from threading import RLock
 from types import SimpleNamespace
 from typing import Any
 
 import msgspec
+import pytest
 
 from bridge.adapters.naoqi.core.cameras import CameraFeed
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.core.served import ServedRobot
 from bridge.adapters.naoqi.declared import offers
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
+from bridge.config import read_toml
 from bridge.messages import SensorFrame
+from tests.frames import standing_frame
 
+ALIASES = ("move", "moveTo", "moveToward")
 BEGINNING = ("move", "moveTo", "moveToward", "navigateTo", "moveStraightTo")
 
 
@@ -36,7 +43,8 @@ def walking(walks: dict[str, Callable[..., Any]]) -> Any:
         def method(_: Any, *arguments: Any) -> Any:
             return walk(*arguments)
 
-        return offers(f"ALMotion.{name}", kind="walk", begins_walk=name in BEGINNING)(method)
+        names = [f"{service}.{name}" for service in ("ALMotion", *["ALNavigation"] * (name in ALIASES))]
+        return offers(*names, kind="walk", begins_walk=name in BEGINNING)(method)
 
     return type("Walking", (Standing,), {name: offered(name, walk) for name, walk in walks.items()})()
 
@@ -46,29 +54,28 @@ class Robot:
 
     def __init__(
         self,
-        frame: SensorFrame,
+        frame: SensorFrame | None = None,
         body: str = "nao-v5",
         walks: dict[str, Callable[..., Any]] | None = None,
         feed: CameraFeed | None = None,
         home: Path = Path("/nonexistent"),
     ) -> None:
-        self.frame = frame
+        frame = self.frame = frame or standing_frame()
         self.events: list[tuple[str, Any]] = []
         self.signals: set[str] = set()
         """Events whose signal a client has."""
         self.commanded = 0
-        self.services = Services(
+        served = ServedRobot(
             RobotConfig(load_body(body), "nao"),
             frame,
             RLock(),
             walking(walks or {}),
-            lambda: None,
-            self.count,
             lambda event, value, callbacks: self.events.append((event, value)),
             home,
             feed,
             lambda event: event in self.signals,
         )
+        self.services = Services(served, lambda: None, self.count)
 
     def count(self) -> None:
         self.commanded += 1
@@ -94,12 +101,20 @@ class Robot:
         return self.services.call(service, method, list(arguments))
 
     def wait(self, done: Any, seconds: float = 10.0) -> Any:
-        """The result of a call that takes time, which must end within so many seconds."""
+        """The result of a call that takes time, which must end within so many seconds of the robot's time."""
         for _ in range(round(20.0 * seconds)):
+            for reader in threading.enumerate():
+                if reader.name == "file":  # it takes this machine's time and none of the robot's
+                    reader.join(10.0)
             if done.done():
                 break
             self.run(0.05)
-        return done.result(10.0)  # a file is read in a thread, whatever the robot's time
+        return done.result(10.0)
+
+    def result(self, call: str, *arguments: Any) -> Any:
+        """The result of `Service.method`, at its end."""
+        value = self.call(*call.split("."), *arguments)
+        return self.wait(value, 20.0) if isinstance(value, Future) else value
 
     def motion(self, method: str, *arguments: Any) -> Any:
         return self.call("ALMotion", method, *arguments)
@@ -107,3 +122,14 @@ class Robot:
     def angle(self, joint: str) -> float:
         angle: float = self.motion("getAngles", joint, True)[0]
         return angle
+
+
+TABLE = read_toml(Path(__file__).parent / "data" / "calls.toml")
+
+
+def same(expected: Any = None) -> Callable[[Any], bool]:
+    """Equal and of the same type; numbers, m, rad or 0 to 1, within 0.01."""
+    about = pytest.approx(expected, abs=0.01) if isinstance(expected, float) else expected
+    if isinstance(expected, list) and all(isinstance(x, float) for x in expected):
+        about = pytest.approx(expected, abs=0.01)
+    return lambda value: type(value) is type(expected) and value == about

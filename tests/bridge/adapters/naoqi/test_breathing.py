@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 
 import pytest
 
 from bridge.body.joints import INDEX
 from bridge.errors import NaoqiRefused
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
 LEG = ("LHipPitch", "LKneePitch", "LAnklePitch")
-
-
-@pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    return Robot(standing())
 
 
 def test_a_standing_robot_breathes_twelve_times_a_minute_under_ten_degrees(robot: Robot) -> None:

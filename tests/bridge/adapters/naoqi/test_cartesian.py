@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,21 +11,16 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.sole import sole_hull
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
+from tests.frames import standing_frame
 
 LENGTH = load_body("nao-v5").lengths
 
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    return Robot(standing())
-
-
-@pytest.fixture
-def straight(standing: Callable[..., SensorFrame]) -> Robot:
+def straight() -> Robot:
     """All joints at zero: legs straight, arms straight forward."""
-    return Robot(standing(position=(0.0,) * N_JOINTS))
+    return Robot(standing_frame(position=(0.0,) * N_JOINTS))
 
 
 def test_effectors_of_a_straight_robot_are_where_its_lengths_add_up(straight: Robot) -> None:
@@ -52,8 +46,8 @@ def test_a_torso_that_leans_is_seen_in_the_robots_space_by_the_sensors(straight:
     assert straight.motion("getPosition", "Torso", 2, False)[4] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_the_worlds_space_stays_where_the_robot_began(standing: Callable[..., SensorFrame]) -> None:
-    robot = Robot(standing(), walks={"getRobotPosition": lambda _: [1.0, 2.0, math.pi / 2.0]})
+def test_the_worlds_space_stays_where_the_robot_began() -> None:
+    robot = Robot(walks={"getRobotPosition": lambda _: [1.0, 2.0, math.pi / 2.0]})
     x, y, *_, yaw = robot.motion("getPosition", "Torso", 1, True)
     ahead = robot.motion("getPosition", "Torso", 2, True)[0]
     assert (x, y, yaw) == pytest.approx((1.0, 2.0 + ahead, math.pi / 2.0), abs=1e-3)

@@ -4,38 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bridge.adapters.naoqi.interaction.qichat import Steps, captures, parse
 from bridge.errors import NaoqiRefused
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
-TOPIC = """topic: ~mine()
-language: enu
-concept:(food) [fruits chicken beef eggs "ice cream"]
-u: (I [want "would like"] {some} _~food) Sure! You must really like $1 .
-u: (how are you today) Hello human, I am fine thank you and you?
-  u1: ([fine good]) I am glad.
-  u1: (bad) Why?
-    u2: (_*) So $1 it is.
-u: (my name is _*) $name=$1 Hello $1
-u: (who am I) You are $name
-u: ([e:FrontTactilTouched e:MiddleTactilTouched]) You touched my head! %touched
-u: (e:Dialog/NotUnderstood) Pardon?
-u: (count) ["one" "two" three]
-u: ($mood==good how is it) Good # a comment
-u: (help {me} *) ^goto(helped)
-proposal: %helped I can help you.
-proposal: %second Anything else?
-"""
+TOPIC = (Path(__file__).parent / "data" / "mine.top").read_text()
 
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    robot = Robot(standing())
+def robot() -> Robot:
+    robot = Robot()
     name = robot.wait(robot.call("ALDialog", "loadTopicContent", TOPIC))
     assert name == "mine"
     robot.call("ALDialog", "activateTopic", name)

@@ -11,15 +11,7 @@ from hypothesis import strategies as st
 
 from bridge.errors import NaoHilError
 from tests.bridge.adapters.naoqi.served import Robot
-from tests.frames import standing_frame
-
-ATOMS: list[Any] = [
-    *(None, True, False, 0, 1, -1, 2, 63, 100, 2**31, 2**70, 0.0, 0.5, -0.5, 1.0, 1e9, -1e300),
-    *(float("nan"), float("inf"), "", "Body", "Head", "HeadYaw", "LArm", "Torso", "Legs", "LLeg", "CameraTop"),
-    *("FaceLeds", "English", "speed", "Face", "me", "TouchChanged", "ClearAll", "time-mixed", "\0", "x" * 300),
-    *(b"bytes", {}, {"a": 1}, [], [0.1] * 6, [1.0, 0.0, 0.0] * 4, ["HeadYaw", "HeadPitch"], [[0.1], [0.2]]),
-]
-
+from tests.fuzz.values import some
 
 FITTING: dict[str, list[Any]] = {
     "names": ["LArm", "Body", "Head", ["HeadYaw"], "Torso", ["LArm", "RArm"], "FaceLeds"],
@@ -62,13 +54,6 @@ def fitting(draw: random.Random, robot: Robot, service: str, method: str) -> lis
     ]
 
 
-def some(draw: random.Random, depth: int = 2) -> Any:
-    """One argument."""
-    if depth and draw.random() < 0.25:
-        return [some(draw, depth - 1) for _ in range(draw.randrange(4))]
-    return draw.choice(ATOMS)
-
-
 def attempt(robot: Robot, draw: random.Random) -> None:
     """One call of any method; it must end in a result or in one sentence."""
     names = robot.services.names()
@@ -95,7 +80,7 @@ def require_sentence(text: str, *call: Any) -> None:
 @settings(max_examples=15)
 @given(st.integers(0, 2**32))
 def test_no_call_does_more_than_refuse(seed: int) -> None:
-    draw, robot = random.Random(seed), Robot(standing_frame())
+    draw, robot = random.Random(seed), Robot()
     for _ in range(50):
         attempt(robot, draw)
         robot.run(0.01)
@@ -103,7 +88,7 @@ def test_no_call_does_more_than_refuse(seed: int) -> None:
 
 def test_every_method_refuses_what_does_not_fit() -> None:
     """Each method once, with more arguments than any takes, except those that take any number."""
-    draw, robot, taken = random.Random(0), Robot(standing_frame()), []
+    draw, robot, taken = random.Random(0), Robot(), []
     for service, methods in robot.services.table().items():
         for method, entry in methods.items():
             arguments = [some(draw) for _ in range(12)]

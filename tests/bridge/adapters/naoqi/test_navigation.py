@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from bridge.body.joints import INDEX
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
 
@@ -43,8 +42,8 @@ def walks() -> Walks:
 
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame], walks: Walks) -> Robot:
-    return Robot(standing(), walks=walks.table())
+def robot(walks: Walks) -> Robot:
+    return Robot(walks=walks.table())
 
 
 def test_navigate_to_walks_to_places_nearer_than_3_m(robot: Robot, walks: Walks) -> None:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import socket
 import struct
-from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bridge.adapters.naoqi.core.cameras import MAX_MESSAGE, Pipe, Unsendable
+from bridge.adapters.naoqi.core.cameras import MAX_MESSAGE, CameraFeed, Pipe, Unsendable
 from bridge.adapters.naoqi.interaction.photos import avi
 from bridge.errors import NaoqiRefused
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
 
-class Painter:
+class Painter(CameraFeed):
     """Cameras that draw at once: the bytes of a picture say what was asked for."""
 
     def __init__(self) -> None:
@@ -30,13 +28,10 @@ class Painter:
         done.set_result([1.0, repr(asked).encode()])
         return done
 
-    def sights(self) -> Sequence[Sequence[Any]]:
-        return ()
-
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame], tmp_path: Path) -> Robot:
-    return Robot(standing(), feed=Painter(), home=tmp_path)
+def robot(tmp_path: Path) -> Robot:
+    return Robot(feed=Painter(), home=tmp_path)
 
 
 def test_a_picture_is_the_file_that_is_named(robot: Robot, tmp_path: Path) -> None:

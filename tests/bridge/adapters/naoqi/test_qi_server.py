@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import random
 import socket
@@ -9,12 +10,15 @@ import struct
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from bridge.adapters.naoqi.qi_connection import Message
+from bridge.adapters.naoqi.qi_directory import Directory, meta_object
 from bridge.adapters.naoqi.qi_server import QiServer
+from bridge.adapters.naoqi.qi_values import QiError
 from bridge.errors import NaoqiRefused
 from tests.loops import TIMEOUT, until
 from tests.ports import free_port
@@ -165,8 +169,26 @@ def test_a_module_that_is_registered_after_its_subscription_is_called(served: Se
     module = type("Late", (), {"on": lambda self, *arguments: heard.append(arguments)})()
     served.session.registerService("Late", module)
     served.server.publish("event", 1, [["Late", "on", ""]])
-    until(lambda: heard, "the call")
-    assert heard == [("event", 1, "")]
+    until(lambda: ("event", 1, "") in heard, "the call")
+
+
+def test_a_module_is_called_only_once_its_program_says_that_it_is_ready() -> None:
+    """libqi binds a service between its registration and `serviceReady`, and refuses calls before."""
+    asked: list[int] = []
+
+    async def describe(number: int, *_: Any) -> bytes:
+        asked.append(number)
+        return meta_object({100: ("on", "(m)", "v")}, {})
+
+    program: Any = SimpleNamespace(takes_calls=True, call=describe, event=lambda *_: None)
+    directory = Directory([])
+    number = directory.call(program, "registerService", [["Late", 0, "", 0, [], "", ""]])
+    with pytest.raises(QiError, match="Late"):
+        asyncio.run(directory.module("Late"))
+    assert not asked
+    directory.call(program, "serviceReady", [number])
+    assert "on" in asyncio.run(directory.module("Late")).actions
+    assert asked == [number]
 
 
 def test_log_manager_tells_the_servers_log(served: Served) -> None:

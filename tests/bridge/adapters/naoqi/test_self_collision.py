@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 
 import pytest
 
@@ -13,17 +12,11 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree
 from bridge.body.postures import POSTURES
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
 INTO_HEAD = [math.radians(angle) for angle in (-50, 6, 0, -85, 0, 0)]
 """The pose of the vendor's sample in which the left arm is at the head, within the elbow's range."""
 ARM = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw")
-
-
-@pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    return Robot(standing())
 
 
 @pytest.fixture(scope="module")

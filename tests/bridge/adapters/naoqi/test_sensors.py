@@ -28,12 +28,12 @@ MemoryOf = Callable[..., Memory]
 
 
 @pytest.fixture
-def memory_of(standing: Frames) -> MemoryOf:
+def memory_of() -> MemoryOf:
     def make(body: str, **changes: object) -> Memory:
         sheet = load_body(body)
-        joints = Joints(sheet, standing())
+        joints = Joints(sheet, standing_frame())
         memory = Memory(sheet, lambda: joints.dcm, RobotConfig(sheet, "nao").keys())
-        memory.update(standing(**changes))
+        memory.update(standing_frame(**changes))
         return memory
 
     return make
@@ -70,13 +70,13 @@ def test_a_v4_shows_its_gyroscope_under_the_old_names_too(memory_of: MemoryOf) -
 
 
 @pytest.mark.parametrize(("body", "old"), [("nao-v5", False), ("nao-v3", False), ("nao-v4", True)])
-def test_what_is_written_out_reads_back_as_the_same_frame(body: str, old: bool, standing: Frames) -> None:
+def test_what_is_written_out_reads_back_as_the_same_frame(body: str, old: bool) -> None:
     sheet = load_body(body)
     present = [
         j not in ("LWristYaw", "RWristYaw", "LHand", "RHand") or sheet.model == "H25" for j in JOINT_NAMES
     ]
     position = tuple(0.01 * i * there for i, there in enumerate(present))
-    frame = standing(
+    frame = standing_frame(
         position=position,
         stiffness=tuple(1.0 * there for there in present),
         current=tuple(0.1 * there for there in present),
@@ -96,7 +96,7 @@ def test_what_is_written_out_reads_back_as_the_same_frame(body: str, old: bool, 
 
 
 def test_velocities_are_differences_of_angles() -> None:
-    robot = Robot(standing_frame(), "nao-v6")
+    robot = Robot(body="nao-v6")
     robot.call("ALMotion", "setAngles", "HeadYaw", 1.0, 0.2)
     before, *_, last = (positions[INDEX["HeadYaw"]] for positions in robot.run(0.3)[-2:])
     robot.run(0.01)
@@ -115,7 +115,7 @@ def test_a_stalled_motor_has_its_stall_torque() -> None:
     ampere = motor.stall_torque * no_load / 21.6
     position = list(standing_frame().position)
     position[INDEX["LKneePitch"]] -= 0.1
-    robot = Robot(standing_frame(), "nao-v6")
+    robot = Robot(body="nao-v6")
     current = (ampere,) * N_JOINTS
     robot.services.cycle(standing_frame(1, current=current, position=tuple(position)))
     torque = robot.call("ALMemory", "getData", "Motion/Torque/Sensor/LKneePitch")

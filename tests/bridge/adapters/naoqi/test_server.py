@@ -8,12 +8,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.adapters.naoqi.declared import REFUSED
+from bridge.adapters.naoqi.declared import VENDOR_METHODS
 from bridge.adapters.naoqi.server import NaoqiServer
 from bridge.errors import LeaseRefused, NaoqiRefused
 from bridge.messages import Notice
-from nao_hil.naoqi_programs import method_table
 from tests.bridge.adapters.naoqi.served import Robot
+from tests.docs import naoqi_methods
 from tests.frames import standing_frame
 from tests.ports import free_port
 
@@ -63,7 +63,7 @@ def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
 
 def test_a_call_that_comes_after_the_robot_went_away_fails_at_once() -> None:
     """It would wait for cycles that never come."""
-    robot = Robot(standing_frame())
+    robot = Robot()
     robot.services.abandon()
     for service, method, arguments in (
         ("ALTextToSpeech", "say", ["hello"]),
@@ -73,13 +73,13 @@ def test_a_call_that_comes_after_the_robot_went_away_fails_at_once() -> None:
             robot.call(service, method, *arguments)
 
 
-ANEW = "write it anew: python -m nao_hil.naoqi_programs.method_table"
+ANEW = "write it anew: python -m tests.docs.naoqi_methods"
 
 
 def test_the_page_has_the_table_of_the_code() -> None:
-    assert method_table.PAGE.read_text() == method_table.page(), ANEW
+    assert naoqi_methods.PAGE.read_text() == naoqi_methods.page(), ANEW
 
 
 def test_a_reason_belongs_to_a_method_that_is_refused() -> None:
-    for service, refused in REFUSED.items():
-        assert refused.no.keys() - {"*"} <= set(refused.methods), service
+    for service, refused in VENDOR_METHODS.items():
+        assert refused.no.keys() - {"*"} <= set(refused.refused), service

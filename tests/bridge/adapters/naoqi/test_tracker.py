@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any
 
@@ -49,9 +49,9 @@ class LateEyes:
 
 
 @pytest.mark.parametrize("cycles", [1, 50])
-def test_the_head_turns_to_the_ball_and_stays_there(standing: Callable[..., SensorFrame], cycles: int) -> None:
+def test_the_head_turns_to_the_ball_and_stays_there(cycles: int) -> None:
     eyes = LateEyes(cycles)
-    robot = Robot(standing(), feed=eyes)
+    robot = Robot(feed=eyes)
     robot.call("ALTracker", "registerTarget", "RedBall", 0.06)
     robot.call("ALTracker", "track", "RedBall")
     yaws = []
@@ -66,8 +66,8 @@ def test_the_head_turns_to_the_ball_and_stays_there(standing: Callable[..., Sens
 
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    robot = Robot(standing())
+def robot() -> Robot:
+    robot = Robot()
     robot.motion("setStiffnesses", "Body", 1.0)
     robot.call("NaoHil", "show", "face", "Anna", [1.0, 0.3, 0.5])
     return robot

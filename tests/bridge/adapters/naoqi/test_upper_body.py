@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from bridge.errors import NaoqiRefused
-from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
 
@@ -22,8 +21,8 @@ class Walks:
 
 
 @pytest.fixture
-def robot(standing: Callable[..., SensorFrame]) -> Robot:
-    robot = Robot(standing())
+def robot() -> Robot:
+    robot = Robot()
     robot.services.give_away()
     robot.services.handover = Walks()  # type: ignore[assignment]
     return robot

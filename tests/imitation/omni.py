@@ -3,7 +3,7 @@
 Dataset aggregation (Ross, Gordon and Bagnell 2011): in the first walks `omni` drives, in later ones the network
 fitted so far, so that the data hold the states into which the network's own errors lead.
 
-python -m nao_hil.design.imitation.omni [--robot nao-v3] [--minutes 3] [--seed 0] [--out DIR]
+python -m tests.imitation.omni [--robot nao-v3] [--minutes 3] [--seed 0] [--out DIR]
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 import tomli_w
 
 from bridge.body import load_body
-from bridge.body.joints import INDEX, JOINTS
+from bridge.body.joints import INDEX, JOINTS, LEGS
 from bridge.config import from_dict
 from bridge.guard import Guard
 from bridge.histogram import DurationHistogram
@@ -28,9 +28,9 @@ from bridge.messages.world import Push
 from bridge.types import Array, Vec3
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
-from nao_hil.design.imitation.layers import Layer, fit, onnx_file, outputs_of, random_layers
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
+from tests.imitation.layers import Layer, fit, onnx_file, outputs_of, random_layers
 from walker.controller import Controller, WalkOrder
 from walker.gaits import gait_parameters
 from walker.gaits.catalogue import walkable_gait
@@ -39,7 +39,7 @@ from walker.gaits.learned.parameters import LearnedParameters
 from walker.parameters import controller_parameters
 from walker.states.upright import Walking
 
-LEGS: Final = tuple(name for name in JOINTS if name[1:].startswith(("Hip", "Knee", "Ankle")))
+LEG_NAMES: Final = tuple(JOINTS[slot] for slot in LEGS)
 HIDDEN: Final = (96, 96)
 DRIVEN: Final = 6
 """Walks in which `omni` drives."""
@@ -91,7 +91,7 @@ def sheet(default_pose: dict[str, float], step: float, start: float, scale: list
             {"term": "joint_position", "scale": 5.0},
             {"term": "foot_force", "scale": 0.04},
         ],
-        "action": [{"joints": list(LEGS), "scale": scale}],
+        "action": [{"joints": list(LEG_NAMES), "scale": scale}],
     }
 
 
@@ -165,7 +165,7 @@ def episode(
         body.cycle,
         controller_parameters("onnx:stand"),
     )
-    slots, scale = [INDEX[joint] for joint in LEGS], np.array(parameters.action[0].scale)
+    slots, scale = list(LEGS), np.array(parameters.action[0].scale)
     targets: list[Array] = []
     guard, pushed, walked = Guard(body), PUSH_PERIOD, 0.0
     with build_robot(config) as robot:

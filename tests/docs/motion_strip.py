@@ -1,6 +1,6 @@
 """Key-frame motions as strips of pictures, for docs/floor.md.
 
-`python -m nao_hil.view.motion_strip FILE.png NAME... [--robot nao-v6] [--engine pybullet]`
+`python -m tests.docs.motion_strip FILE.png NAME... [--robot nao-v6] [--engine pybullet]`
 """
 
 from __future__ import annotations

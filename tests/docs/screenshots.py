@@ -1,8 +1,8 @@
 """Pictures of the page, as the documentation shows them. Needs Chromium and playwright.
 
-`python -m nao_hil.view.screenshots docs/images/page`: all, at 1280 x 800 and as on a phone, 390 x 844.
+`python -m tests.docs.screenshots docs/images/page`: all, at 1280 x 800 and as on a phone, 390 x 844.
 
-`python -m nao_hil.view.screenshots FOLDER --only replay`: the runs that make these.
+`python -m tests.docs.screenshots FOLDER --only replay`: the runs that make these.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,12 +18,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from PIL import Image
-from playwright.sync_api import Error, Page, sync_playwright
+from playwright.sync_api import Page
 
 from bridge.link.client import WorldClient
-from bridge.messages.world import PlaceBox
-from nao_hil.runs.supervisor import Child, free_endpoint, free_port
-from nao_hil.view.video import SOFTWARE
+from bridge.messages.world import PlaceObject
+from nao_hil.runs.supervisor import Child
+from tests.ports import free_endpoint, free_port
+from tests.system.pages import browser_page, open_page
 
 SCREEN: Final = (1280, 800)
 PHONE: Final = (390, 844)
@@ -54,7 +54,7 @@ robot = "nao-v6"
 at = [1.2, -1.0]
 yaw = 150.0
 """
-BALL: Final = PlaceBox(
+BALL: Final = PlaceObject(
     name="ball", shape="ball", size=(0.1, 0.1, 0.1), mass=0.044, at=(0.1, 0.0), frame="floor"
 )
 WALK: Final = ("--robot", "nao-v6", "--engine", "mujoco", "--gait", "omni")
@@ -156,15 +156,12 @@ class Photographer:
         port = free_port()
         served = Child("page", [*command, "--port", str(port)], self._work)
         try:
-            with sync_playwright() as playwright:
-                path = shutil.which("chromium")
-                browser = playwright.chromium.launch(executable_path=path, args=list(SOFTWARE))
-                page = browser.new_page(viewport={"width": SCREEN[0], "height": SCREEN[1]}, color_scheme="dark")
+            with browser_page([]) as page:
                 page.set_default_timeout(TIMEOUT)
-                _open(page, f"http://127.0.0.1:{port}/")
+                page.emulate_media(color_scheme="dark")
+                open_page(page, port)
                 page.evaluate("player.adaptive = false, player.scene.sharpness = 1")
                 yield page
-                browser.close()
         finally:
             served.end(20.0)
 
@@ -176,17 +173,6 @@ def _press(page: Page, button: str) -> None:
 def _state(page: Page, words: str) -> None:
     """Wait until the robot's state is this."""
     page.locator("#state", has_text=words).wait_for()
-
-
-def _open(page: Page, address: str) -> None:
-    """Open the page as soon as it is served, and wait for its robot."""
-    while True:
-        try:
-            page.goto(address)
-            break
-        except Error:
-            page.wait_for_timeout(500)
-    page.wait_for_selector("body[data-ready=yes]")
 
 
 RUNS: Final[tuple[Any, ...]] = ("live", "world", "replay")

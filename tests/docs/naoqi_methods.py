@@ -1,6 +1,6 @@
 """The table of the vendor's methods in `docs/naoqi-methods.md`, from the services themselves.
 
-`python -m nao_hil.naoqi_programs.method_table` writes it.
+`python -m tests.docs.naoqi_methods` writes it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from threading import RLock
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
-from bridge.adapters.naoqi.core.sensing import QUIET_SERVICES, QUIET_VISION
+from bridge.adapters.naoqi.core.sensing import QUIET_SERVICES
+from bridge.adapters.naoqi.core.served import ServedRobot
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.declared import Method
 from bridge.adapters.naoqi.services import NAO_HIL_SERVICE, Services
@@ -20,7 +21,7 @@ from bridge.body.postures import POSTURES
 from bridge.messages import SensorFrame
 
 PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi-methods.md"
-BEGIN: Final = "<!-- begin of the table by nao_hil.naoqi_programs.method_table -->\n"
+BEGIN: Final = "<!-- begin of the table by tests.docs.naoqi_methods -->\n"
 END: Final = "<!-- end of the table -->\n"
 EXTRACTORS: Final = (
     "ALSonar",
@@ -32,7 +33,6 @@ EXTRACTORS: Final = (
     "ALRedBallDetection",
     "ALVisualCompass",
     *QUIET_SERVICES,
-    *QUIET_VISION,
 )
 """Services whose common methods the table has once."""
 _STANDING: Final = SensorFrame(
@@ -64,16 +64,15 @@ class _NoWalker:
 def services() -> Services:
     """The services of a V5 without a walker."""
     walking: Any = WalkingMethods
-    return Services(
+    robot = ServedRobot(
         RobotConfig(load_body("nao-v5"), "nao"),
         _STANDING,
         RLock(),
         walking(_NoWalker(), (1.0, 1.0, 1.0)),
-        lambda: None,
-        lambda: None,
         lambda *_: None,
         Path("/nonexistent"),
     )
+    return Services(robot, lambda: None, lambda: None)
 
 
 def answers() -> dict[str, dict[str, str]]:
