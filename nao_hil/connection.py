@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from bridge.errors import LinkError, RobotSilent
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.link.session import require_seconds
 from bridge.messages import Info, SensorFrame
 from nao_hil.arguments import JointValues, UnreachableAngles, actuator_frame
+
+logger = logging.getLogger(__name__)
 
 
 class Connection:
@@ -37,6 +40,9 @@ class Connection:
     def step(self, position: JointValues, stiffness: JointValues = 1.0) -> SensorFrame:
         """Answer the newest sensor frame and wait for the next.
 
+        A program that was silent for 50 cycles of real time has lost the robot to its guard; this asks for it
+        again, and the guard moves slowly to the next commands.
+
         Args:
             position: Joint angles, rad, 25 in the order of `nao_hil.JOINTS`.
             stiffness: 0..1, 25 or one for all joints; negative: the motor is off.
@@ -46,7 +52,7 @@ class Connection:
 
         Raises:
             RobotSilent: the robot is no longer there.
-            LinkError: the lease is lost.
+            LeaseRefused: the lease was lost, and another controller holds the robot.
             ConfigurationError: not 25 numbers.
             FrameError: a number that is not finite, or a stiffness outside -1..1.
         """
@@ -55,8 +61,18 @@ class Connection:
         while frame.seq == command.reply_to:  # in lockstep the robot repeats a frame until its answer is there
             self._link.send(command)
             frame = self._receive()
+            self._keep_lease()
         self.frame = frame
         return frame
+
+    def _keep_lease(self) -> None:
+        """Ask for the lease again where the robot says that it has ended; its holder gets the same one."""
+        if any(notice.code == "no-lease" for notice in self._link.notices()):
+            lost = self._link.lease
+            with suppress(RobotSilent):  # a robot that is there says it again
+                self._link.acquire()
+            if self._link.lease != lost:
+                logger.warning("the robot had been taken from this program, which was silent; it has it again")
 
     def _receive(self) -> SensorFrame:
         receive = self._link.next if self.info.mode == "lockstep" else self._link.latest
@@ -99,10 +115,16 @@ def connect(
     """
     require_seconds("timeout", timeout)
     with ControllerLink(robot, endpoint, name) as link:
+        deadline = time.monotonic() + timeout
         info = link.wait_robot(timeout=timeout)
         if info is None:
             raise LinkError(f"No robot `{robot}` answered at {endpoint}.")
-        link.acquire()
+        while not link.lease:
+            try:
+                link.acquire()
+            except RobotSilent:  # a busy robot answers late
+                if time.monotonic() > deadline:
+                    raise
         try:
             yield Connection(link, info, timeout)
         finally:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+import nao_hil
 from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.errors import LeaseRefused
 from bridge.guard import Guard, GuardStatus
+from bridge.link import ControllerLink
 from bridge.link.client import GuardClient
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
@@ -82,6 +87,37 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
     robot.interrupt()
     assert robot.process.returncode == 0
     assert "Traceback" not in robot.stderr
+
+
+def test_a_program_that_paused_asks_for_the_robot_that_its_guard_took(start: Start, endpoint: str) -> None:
+    start("emulate", "--robot", "nao-v6", "--engine", "mujoco", "--start", "hang", "--listen", endpoint)
+    with (
+        nao_hil.connect(endpoint, timeout=TIMEOUT) as robot,
+        GuardClient("nao", endpoint, TIMEOUT) as guard,
+    ):
+        position = list(robot.first_target)
+        position[INDEX["HeadYaw"]] = 0.5
+        robot.step(robot.first_target)
+        until(lambda: guard.status().reason == "silence" and not guard.status().holder, "the guard to take it")
+        until(lambda: robot.step(position).position[INDEX["HeadYaw"]] > 0.4, "the head to turn", pause=0.0)
+
+
+def test_a_program_that_paused_is_told_who_took_the_robot_meanwhile(start: Start, endpoint: str) -> None:
+    start("emulate", "--robot", "nao-v6", "--engine", "mujoco", "--start", "hang", "--listen", endpoint)
+    with nao_hil.connect(endpoint, timeout=TIMEOUT) as robot, ControllerLink("nao", endpoint, "bert") as other:
+        robot.step(robot.first_target)
+        assert other.wait_robot(timeout=TIMEOUT)
+
+        def taken() -> bool:
+            with contextlib.suppress(LeaseRefused):
+                other.acquire()
+            return other.lease > 0
+
+        until(taken, "the paused program's lease to end")
+        with pytest.raises(LeaseRefused, match="held by controller `bert`"):
+            for _ in repeat_while(lambda: True):
+                robot.step(robot.first_target)
+                other.acquire()
 
 
 def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
