@@ -33,6 +33,7 @@ from emulator.engine.settings import PhysicsSettings
 from emulator.engine.values import Ball
 from emulator.poses import Pose, quaternion
 from tests.engines import passive
+from tests.loops import repeat_while
 
 BODY = load_body("nao-v6")
 HEAD = INDEX["HeadYaw"]
@@ -360,9 +361,9 @@ def test_walkers_in_process_obey_their_robots_orders_and_repeat() -> None:
             for _ in range(150):
                 world.step()
             world.order("walks", WalkCommand(op="stop"))
-            for _ in range(150):
+            status = WalkCommand(op="status")
+            for _ in repeat_while(lambda: world.order("walks", status).state != "stand", 500):  # noqa: B023
                 world.step()
-            assert world.order("walks", WalkCommand(op="status")).state == "stand"
             ways = {name: robot.torso_position[0] for name, robot in world.truth.robots.items()}
             assert 0.15 < ways["walks"] < 0.4  # 3 s at 0.1 m/s, less the starts and plus the last steps
             assert abs(ways["stands"]) < 0.03

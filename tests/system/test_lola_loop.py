@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 from collections.abc import Callable
@@ -57,10 +58,9 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     assert loop["server"].result["dropped_bytes"] == 0
     loop["robot"].interrupt()
     result = loop["robot"].result
-    # Two seconds, less the way from rest and back; the turn carries it to the left. The cycles before the walk
-    # differ by a few, and with them the walk: each bound is under half of the least that was seen.
-    ahead, aside, turn = result["displacement"]
-    assert ahead > 0.05 and aside > 0.05 and turn > 0.15
+    # Two seconds, less the way from rest and back. The cycles before the walk differ by a few, and with them the
+    # walk: the bound is about half of the least of a dozen.
+    assert math.hypot(*result["displacement"][:2]) > 0.08
     assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
 
 

