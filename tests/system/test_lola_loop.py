@@ -58,8 +58,8 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     assert loop["server"].result["dropped_bytes"] == 0
     loop["robot"].interrupt()
     result = loop["robot"].result
-    # Two seconds, less the way from rest and back. The cycles before the walk differ by a few, and with them the
-    # walk: the bound is about half of the least of a dozen.
+    # Two seconds, less the way from rest and back. The cycles before the walk differ by a few, and with them
+    # the walk: the bound is about half of the least of a dozen.
     assert math.hypot(*result["displacement"][:2]) > 0.08
     assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
 

@@ -206,6 +206,24 @@ def test_bounded_walk_makes_its_steps_and_no_more(steps):
         assert plans[-1].step == steps
 
 
+@pytest.mark.parametrize("steps", [8, 9])
+@pytest.mark.parametrize(
+    "command",
+    [(0.1, 0.0, 0.0), (0.4, 0.0, 0.0), (-0.25, 0.0, 0.0), (0.0, 0.15, 0.0), (0.0, -0.25, 0.0), (0.1, 0.1, 0.5)],
+)
+def test_zmp_of_the_end_of_a_walk_is_between_the_feet(command, steps):
+    """A ZMP outside the support polygon cannot be had: the robot tips over the foot there."""
+    gait = make_gait("omni", P, BODY)
+    state, plans = gait.initial(), []
+    for _ in range(round(6.0 / DT)):
+        plan, state = gait.step(state, DT, GaitCommand(walk=state.step < steps, velocity=command))
+        plans.append(plan)
+    assert plans[-1].phase == "stand"
+    ends = [plan.middle.local(*plan.zmp) for plan in plans if plan.phase == "stop"]
+    assert max(abs(left) for _, left in ends) < 0.5 * P.l_FA + P.zmp_y + 0.005
+    assert max(abs(ahead - P.zmp_x) for ahead, _ in ends) < 0.04
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
 def test_foothold_follows_the_capture_point_and_the_walk_goes_on_from_there(turn):
     """A deviation that grows like the pendulum moves the foothold by its share; then the walk is as before.
