@@ -256,24 +256,3 @@ def test_foothold_follows_the_capture_point_and_the_walk_goes_on_from_there(turn
     a, b = plans[-1].middle, calm[-1].middle
     end = math.dist((a.x, a.y), (b.x, b.y))
     assert end == pytest.approx(moved, abs=4e-3)
-
-
-@pytest.mark.parametrize(("deviation", "follows"), [(0.01, False), (0.06, True)])
-def test_a_closing_step_follows_a_large_deviation_and_the_feet_are_closed_after_it(deviation, follows):
-    """A robot that is told to stop while it tilts would fall over a foot that is put down beside the other."""
-    gait = make_gait("omni", gait_parameters("omni", {"v_x": 0.1}), BODY)
-    omega = math.sqrt(GRAVITY / P.z)
-    state, plans, pushed = gait.initial(), [], 0
-    for _ in range(round(12.0 / DT)):
-        pushed = pushed or (state.kind == "closing" and state.step)
-        off = 0.0
-        if state.kind == "closing" and state.step == pushed:
-            off = deviation * math.exp(-omega * max(P.T - state.t, 0.0))
-        feedback = Feedback((0.0, -off if state.swing == "R" else off))  # outwards
-        plan, state = gait.step(state, DT, GaitCommand(state.step < 8 and not pushed, feedback=feedback))
-        plans.append(plan)
-    landed = next(plan for plan in plans if plan.step == pushed + 1)
-    assert (abs(math.dist(landed.left[:2], landed.right[:2]) - P.l_FA) > 0.01) == follows
-    assert plans[-1].phase == "stand" and plans[-1].step == pushed + 1 + follows
-    left, right = plans[-1].left, plans[-1].right
-    assert math.dist(left[:2], right[:2]) == pytest.approx(P.l_FA, abs=5e-3)

@@ -3,11 +3,11 @@
 Order of phases: start (both feet), SSL, SSR, ..., stop (both feet), stand. In `start` a resting ZMP pushes the
 capture point to where the first step needs it. At every instant of a step the next foothold is the one that
 keeps the walk at the velocity in force bounded, from the capture point that the pendulum will have
-(`bounded_capture_point`). In `stop` a resting ZMP leads the capture point to the middle between the feet.
+(`bounded_capture_point`). The last step closes the feet; it is taken as soon as the foothold beside the stance
+foot keeps the walk bounded. In `stop` a resting ZMP leads the capture point to the middle between the feet.
 
 A push at a stand begins a step at once, which follows the measured capture point; then follow stop, start,
-a closing step, and stop. A closing step follows a large deviation of the capture point as other steps do; the
-feet, which then are apart, are closed by another one.
+a closing step, and stop.
 
 The velocity of a step counts for all the steps planned after it: a new command needs no new plan, only another
 foothold.
@@ -49,8 +49,6 @@ _STOP_DURATION_FACTOR: Final = 3.0
 """Duration of `stop` over that of the capture point's way to the middle."""
 _FREEZE_TIME: Final = 0.03
 """s before touch-down in which feedback moves the foothold no more."""
-_CLOSING_DEADBAND: Final = 0.01
-"""m that feedback moves a closing step less far than another: after a calm walk the feet are closed by one."""
 _CLOSED_TOLERANCE: Final = 0.005
 """m; feet farther off their places side by side are closed."""
 
@@ -200,15 +198,11 @@ def _target(g: Constants, x: OmniState) -> Pose2D:
 
 def _aim(g: Constants, x: OmniState, feedback: Feedback) -> OmniState:
     """Put the foothold of a step of the walk where the capture point and its measured deviation need it."""
-    if not x.single or x.t < g.p.T_DSP - _EPSILON:
+    if not x.single or x.kind == "closing" or x.t < g.p.T_DSP - _EPSILON:
         return x
-    by, closing = x.adjustment, x.kind == "closing"
-    target = Pose2D(x.target.x - by[0], x.target.y - by[1], x.target.yaw) if closing else _target(g, x)
+    by, target = x.adjustment, _target(g, x)
     if x.t < g.p.T - _FREEZE_TIME:
         by = _adjustment(g, x, target, feedback.deviation)
-        if closing:
-            share = max(0.0, 1.0 - _CLOSING_DEADBAND / max(math.hypot(*by), _EPSILON))
-            by = by[0] * share, by[1] * share
     return x._replace(target=Pose2D(target.x + by[0], target.y + by[1], target.yaw), adjustment=by)
 
 
