@@ -130,14 +130,14 @@ def read_signals(
         ConfigurationError: unreadable, malformed, no body known, or no measurements in it.
     """
     if path.name.lower().endswith(_CSV):
-        body, run = _named_body(path, robot), read_csv(path, columns)
+        run, body = read_csv(path, columns), _named_body(path, robot)
     elif columns is not None:
         raise ConfigurationError(f"--columns {columns}: maps the columns of a CSV; {path} is none.")
     elif path.suffix.lower() == ".log":
-        body = _named_body(path, robot)
         run = read_naoth(path) if is_naoth(path) else read_bhuman(path)
+        body = _named_body(path, robot)
     elif is_hulks(path):
-        body, run = _named_body(path, robot), read_hulks(path)
+        run, body = read_hulks(path), _named_body(path, robot)
     else:
         recorded = load(path, robot)
         body, run = recorded.body, _in_force(path, recorded)

@@ -83,11 +83,12 @@ def play(
             overlap = max(overlap, robot.engine.overlap(robot.multibody, robot.multibody))
         if watch is not None:
             watch(robot)
+    truth = robot.truth()
     return MotionResult(
         motion=name,
         began=began,
         ended=lying(robot.frame.angle),
-        stands=not robot.truth().fell,
+        stands=not truth.fell and truth.left.force[2] + truth.right.force[2] > 0.0,  # 0 on a hook
         time=robot.time - start,
         tries=len(player.began) if isinstance(player, GetUp) else 1,
         temperature=temperature,

@@ -261,7 +261,12 @@ class Run(Mapping[str, Table]):
         Args:
             topic: A message of it before the first of one of the others has no row.
             columns: Topic and column, as `world/truth.com`; the table has `time` besides.
+
+        Raises:
+            ConfigurationError: one text in place of a list.
         """
+        if isinstance(columns, str):
+            raise ConfigurationError(f"columns is {columns!r}; a list is expected, as [{columns!r}].")
         time = self[topic]["time"]
         names = {name: name.partition(".")[::2] for name in columns}
         newest = {other: self[other].last("time", time + TIME_TOLERANCE) for other, _ in names.values()}

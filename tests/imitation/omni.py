@@ -75,7 +75,7 @@ def sheet(default_pose: dict[str, float], step: float, start: float, scale: list
     period = 2.0 * step
     return {
         "model": "imitation.onnx",
-        "title": "Imitates the gait omni; nao_hil/design/imitation/omni.py",
+        "title": "Imitates the gait omni; tests/imitation/omni.py",
         "cycle": 0.01,
         "command": {"default": [0.08, 0.0, 0.0], **{k: list(v) for k, v in RANGES.items()}}
         | {"acceleration": [0.2, 0.3, 2.0]},

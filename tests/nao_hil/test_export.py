@@ -36,7 +36,7 @@ def test_masses_and_places_of_the_links_are_the_data_sheets(exported: Path) -> N
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     assert "Apache License" in exported.read_text()
-    where = {TORSO: np.zeros(3)}
+    where = {TORSO: data.xpos[model.body("HeadYaw").parentid[0]]}
     for name, joint in joint_tree(body).items():
         where[name] = where[joint.parent] + joint.offset
         np.testing.assert_allclose(data.body(name).xpos, where[name], atol=1e-6)
@@ -45,7 +45,17 @@ def test_masses_and_places_of_the_links_are_the_data_sheets(exported: Path) -> N
     com = sum(link.mass * (where[name] + link.com) for name, link in body.links.items() if name in where)
     place = sum(model.body(name).mass[0] * data.body(name).xipos for name in where if name != TORSO)
     torso = body.links[TORSO]
-    np.testing.assert_allclose(com, place + torso.mass * np.array(torso.com), atol=1e-5)
+    place += torso.mass * (where[TORSO] + torso.com)
+    np.testing.assert_allclose(com, place, atol=1e-5)
+
+
+def test_the_mujoco_model_stands_without_a_key_frame(tmp_path: Path) -> None:
+    assert run(["export", "mjcf", "--robot", "nao-v6", "--out", str(tmp_path / "nao.xml")]) == 0
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "nao.xml"))
+    data = mujoco.MjData(model)
+    begin = data.qpos[2]
+    mujoco.mj_step(model, data, 1000)
+    assert data.qpos[2] == pytest.approx(begin, abs=0.01)
 
 
 def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

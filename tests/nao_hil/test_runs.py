@@ -210,3 +210,9 @@ def test_a_robot_that_begins_sitting_stands_up(robot: str, motion: str) -> None:
     with build_robot(RunConfig(robot=robot, engine="mujoco", start="sit", seed=1)) as body:
         result = play(body, motion, MotionPlayer(load_motion(motion), body.body))
     assert result.stands and result.began == result.ended == "upright"
+
+
+def test_a_robot_on_a_hook_does_not_stand() -> None:
+    with build_robot(RunConfig(robot="nao-v6", engine="mujoco", start="hang")) as body:
+        result = play(body, "stand-up", MotionPlayer(load_motion("stand-up"), body.body))
+    assert not result.stands and result.ended == "upright"

@@ -97,6 +97,8 @@ def mjcf(
         qpos = _stand(model, body, angles)
         ctrl = [angles[model.actuator(i).name] for i in range(model.nu)]
         spec.add_key(name=name, qpos=qpos, ctrl=ctrl)
+    # without a key frame it begins on straight legs; inside the floor it would be flung away
+    spec.body(TORSO).pos = _stand(model, body, {})[:3]
     spec.compile()
     return str(spec.to_xml())
 

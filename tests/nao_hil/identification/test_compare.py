@@ -145,3 +145,11 @@ def test_a_malformed_csv_is_told_by_line_and_column(
     assert run(["compare", str(file), "--robot", "nao-v3"]) == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0]
+
+
+@pytest.mark.parametrize("name", ["none.csv", "none.log"])
+def test_a_file_that_is_not_there_is_told_before_a_missing_body(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["compare", str(tmp_path / name)]) == 2
+    assert "cannot be read (No such file or directory)" in capsys.readouterr().err
