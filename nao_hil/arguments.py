@@ -86,6 +86,8 @@ def actuator_frame(reply_to: int, position: JointValues, stiffness: JointValues)
 
 def _by_joint(name: str, values: JointValues) -> tuple[float, ...]:
     try:
+        if values is None:  # NumPy's nan
+            raise TypeError
         plain = list(values) if isinstance(values, Iterable) and not hasattr(values, "__array__") else values
         array = np.asarray(plain, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

@@ -91,7 +91,12 @@ def load_campaign(file: Path) -> CampaignFile:
     Raises:
         ConfigurationError: unreadable, an unknown key, or an impossible value.
     """
-    return load_toml(file, CampaignFile)
+    asked = load_toml(file, CampaignFile)
+    if not (asked.base or asked.axes):
+        raise ConfigurationError(
+            f"{file}: no tables `base` and `axes`; give the quantities that the walks vary."
+        )
+    return asked
 
 
 class CampaignCell:

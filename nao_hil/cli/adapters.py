@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -248,7 +249,8 @@ def serve_gamecontroller(
 
     Example: nao-hil serve gamecontroller --listen 0.0.0.0:3838#open
     """
-    address = parse_address(split_open(listen, lambda plain: parse_address(plain).host))
+    parse = partial(parse_address, path=False)
+    address = parse(split_open(listen, lambda plain: parse(plain).host))
     log_to_stderr()
     stop = stop_event()
     with GameControllerServer(connect, open_sockets(address), return_port, stop.is_set) as server:

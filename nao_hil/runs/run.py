@@ -70,8 +70,18 @@ class Table(Mapping[str, Array]):
         return len(self["time"])
 
     def where(self, chosen: Any) -> Table:
-        """The table of some rows: a mask, indices or a slice."""
-        return Table({name: values[chosen] for name, values in self._columns.items()}, self.columns)
+        """The table of some rows.
+
+        Args:
+            chosen: A mask, indices or a slice.
+
+        Raises:
+            ConfigurationError: none of them, or not for these rows.
+        """
+        try:
+            return Table({name: values[chosen] for name, values in self._columns.items()}, self.columns)
+        except IndexError as error:
+            raise ConfigurationError(f"these rows are not in the table: {error}.") from None
 
     def until(self, time: float) -> Table:
         """The rows before a time, s."""

@@ -74,6 +74,8 @@ def test_a_row_for_each_frame_has_the_newest_message_of_other_topics(
     assert every.until(every["time"][3]).rows == 3
     with pytest.raises(ConfigurationError, match=r"a list is expected, as \['world/truth.com'\]"):
         live_and_recorded[1].aligned("sensors", "world/truth.com")
+    with pytest.raises(ConfigurationError, match="rows are not in the table"):
+        every.where([True])
 
 
 def test_a_stretch_has_its_tables_and_its_cycles(live_and_recorded: tuple[Run, Run]) -> None:

@@ -130,6 +130,13 @@ def test_a_server_beyond_loopback_takes_the_word_open(address: str) -> None:
         assert split_open(own, host) == own
 
 
+@pytest.mark.parametrize("listen", ["foo", "/tmp/x", "127.0.0.1", "127.0.0.1:0", "[::1]:3838"])
+def test_a_gamecontroller_is_heard_at_a_port_of_ipv4(listen: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["serve", "gamecontroller", "--listen", listen]) == 2
+    error = capsys.readouterr().err
+    assert ("HOST:PORT" in error or "IPv4" in error) and "robocup" not in error
+
+
 @pytest.mark.parametrize(
     "arguments",
     [("lola", "--socket", "0.0.0.0:10000"), ("naoqi", "--listen", "tcp://0.0.0.0:9559")],

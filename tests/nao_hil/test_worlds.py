@@ -335,6 +335,8 @@ def test_what_a_world_refuses_is_said_in_a_sentence() -> None:
                 wrong(3)  # type: ignore[arg-type]
         with pytest.raises(ConfigurationError, match="a dict by the robot's name"):
             world.step([0.0])  # type: ignore[arg-type]
+        with pytest.raises(ConfigurationError, match="position is not made of numbers"):
+            world.step({"a": None})  # type: ignore[dict-item]
     with pytest.raises(ConfigurationError, match="closed"):
         world.step()
 

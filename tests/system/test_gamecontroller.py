@@ -62,6 +62,7 @@ def test_a_gamecontroller_reaches_the_robots_and_hears_from_them_among_a_flood_o
         port = free_port()
         place = ("--listen", f"127.0.0.1:{port}", "--return-port", str(answers.getsockname()[1]))
         served = start("serve", "gamecontroller", *place, "--connect", endpoint, "--json")
+        until(lambda: f"127.0.0.1:{port}" in served.stderr, "the address on the screen")
         called = Schedule(
             teams=TEAMS,
             calls=(

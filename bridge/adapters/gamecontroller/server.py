@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from bridge.adapters.gamecontroller.packets import RobotStatus, decode_game, encode_status
+from bridge.adapters.gamecontroller.packets import DATA_PORT, RobotStatus, decode_game, encode_status
 from bridge.adapters.lola.address import Address
 from bridge.errors import ConfigurationError, FrameError, LinkError
 from bridge.link import keys
@@ -52,11 +52,11 @@ def open_sockets(address: Address) -> list[socket.socket]:
     Other programs may listen at the same port, as a simulated team's robots do.
 
     Raises:
-        ConfigurationError: a path, or no IPv4 address.
+        ConfigurationError: no IPv4 address.
         LinkError: the system does not allow it.
     """
-    if address.path or ":" in address.host:
-        raise ConfigurationError(f"--listen {address} must be HOST:PORT, as in 127.0.0.1:3838.")
+    if ":" in address.host:
+        raise ConfigurationError(f"--listen {address} must be an IPv4 address, as in 127.0.0.1:{DATA_PORT}.")
     hosts = [address.host, LOOPBACK_BROADCAST] if is_loopback(address.host) else [address.host]
     opened = []
     for host in dict.fromkeys(hosts):
@@ -131,6 +131,9 @@ class GameControllerServer(Closing):
 
     def run(self) -> Served:
         """Serve until stopped."""
+        host, port = self._sockets[0].getsockname()
+        players = ", ".join(f"`{name}`" for name in self._players) or "none yet"
+        logger.info("a GameController is heard at %s:%d; robots that play: %s", host, port, players)
         while not self._stopped():
             ready, _, _ = select.select(self._sockets, [], [], REPORT_INTERVAL)
             now = time.monotonic()

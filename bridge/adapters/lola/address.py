@@ -30,20 +30,23 @@ class Address:
         return replace(self, port=self.port + number)
 
 
-def parse_address(text: str) -> Address:
+def parse_address(text: str, *, path: bool = True) -> Address:
     """An address from `PATH` or `HOST:PORT`.
+
+    Args:
+        text: as a user writes it.
+        path: a path is allowed.
 
     Raises:
         ConfigurationError: neither.
     """
-    if "/" in text:
-        return Address(path=text)
     host, _, port = text.rpartition(":")
-    if host and port.isdecimal() and 0 < int(port) < 65536:
+    if "/" in text and path:
+        return Address(path=text)
+    if "/" not in host and host and port.isdecimal() and 0 < int(port) < 65536:
         return Address(host=host.strip("[]"), port=int(port))
-    raise ConfigurationError(
-        f"Socket {text!r} must be a path with a `/`, as in /tmp/robocup, or HOST:PORT, as in 192.168.1.7:10000."
-    )
+    paths = "a path with a `/`, as in /tmp/robocup, or " if path else ""
+    raise ConfigurationError(f"Address {text!r} must be {paths}HOST:PORT, as in 192.168.1.7:10000.")
 
 
 def listen(address: Address) -> socket.socket:

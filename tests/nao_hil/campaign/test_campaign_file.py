@@ -97,6 +97,9 @@ def test_the_walks_of_a_file_are_all_combinations_with_all_seeds(tmp_path: Path)
     file.write_text(FILE.replace("slope = [0, 2]", "slope = [2, 2.0]"))
     with pytest.raises(ConfigurationError, match="slope has a value twice"):
         load_campaign(file).cells()
+    file.write_text("seeds = 3")
+    with pytest.raises(ConfigurationError, match="no tables `base` and `axes`"):
+        load_campaign(file)
 
 
 def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
