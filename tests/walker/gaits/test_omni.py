@@ -128,6 +128,19 @@ def test_plan_ends_where_it_said(command, steps):
         assert now.middle == pytest.approx(end, abs=1e-3)
 
 
+def test_plan_ends_where_it_said_after_feedback_turned_it():
+    gait = make_gait("omni", P, BODY)
+    state = gait.initial()
+    for _ in range(1000):
+        command = GaitCommand(walk=True, velocity=(0.0, 0.0, 0.8), feedback=Feedback(heading=-0.3))
+        straight, _ = gait.step(state, DT, command)
+        turned, _ = gait.step(state._replace(heading_correction=0.3), DT, command)
+        if state.step == 6 and turned.stop_poses:
+            break
+        _, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.0, 0.0, 0.8)))
+    assert turned.stop_poses == straight.stop_poses
+
+
 @pytest.mark.parametrize(
     "command", [(0.2, 0.0, 0.0), (-0.15, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, -0.1, 0.0), (0.0, 0.0, 1.0)]
 )

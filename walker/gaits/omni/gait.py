@@ -468,7 +468,7 @@ def _closed(g: Constants, x: OmniState, by: Vec2, steps: int) -> Pose2D:
         steps: at no velocity before the walk is told to end.
     """
     while True:
-        x = _begin_step(g, x, GaitCommand(walk=steps > 0, velocity=REST))
+        x = _begin_step(g, x._replace(heading_correction=0.0), GaitCommand(walk=steps > 0, velocity=REST))
         if x.kind == "closing":
             return _side_by_side(g, x.target, x.swing)
         x, steps = _transferred(g, x), steps - 1
