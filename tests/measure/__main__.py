@@ -29,7 +29,7 @@ MEASUREMENTS = {
         "robots that agree with the measurements of real ones: as many as seeds, drawn from the first",
         24,
     ),
-    "stops": Entry("tests.measure.stops.STOPS", "walks that are told to stop at any moment", 20, any_gait=True),
+    "stops": Entry("tests.measure.stops.STOPS", "walks that are told to stop at any moment", 20),
     "thesis-map": Entry(
         "tests.measure.thesis_map", "R1, R2 and R5 over what the thesis leaves open", 20, False
     ),
