@@ -237,6 +237,17 @@ def test_zmp_of_the_end_of_a_walk_is_between_the_feet(command, steps):
     assert max(abs(ahead - P.zmp_x) for ahead, _ in ends) < 0.04
 
 
+def test_a_walk_ends_though_feedback_corrects_its_velocity():
+    """As on a slope, where the feet otherwise would always need another foothold than the one side by side."""
+    gait = make_gait("omni", P, BODY)
+    state, feedback = gait.initial(), Feedback(velocity=(0.08, 0.08))
+    for _ in range(round(6.0 / DT)):
+        _, state = gait.step(
+            state, DT, GaitCommand(state.step < 8, velocity=(0.1, 0.0, 0.0), feedback=feedback)
+        )
+    assert state.phase == "stand" and state.step <= 11
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
 def test_foothold_follows_the_capture_point_and_the_walk_goes_on_from_there(turn):
     """A deviation that grows like the pendulum moves the foothold by its share; then the walk is as before.

@@ -43,6 +43,8 @@ from walker.gaits.plan import OTHER_SIDE, SIGN, CaptureStep, Feedback, Pendulum,
 
 _HORIZON: Final = 6
 """Footholds beyond the next one; later ones weigh q^6 = 1e-4."""
+_LONGEST_END: Final = 12
+"""Steps in which every walk comes to its end: from the top speed it takes six."""
 _EPSILON: Final = 1e-9
 """s; phases end on cycle boundaries in spite of rounding."""
 _STOP_DURATION_FACTOR: Final = 3.0
@@ -322,10 +324,10 @@ def _begin_step(g: Constants, x: OmniState, u: GaitCommand) -> OmniState:
         begins = x.phase == "start" and number < last
         if begins or number + steps_to_rest(p, wanted) <= last - (wanted == REST):
             velocity = wanted
-    x = x._replace(phase=_phase_of(x.swing), t=0.0, velocity=velocity, correction=REST)
-    closing = velocity == REST and (number >= last or (not u.walk and _may_close(g, x)))
-    if not closing:
-        x = x._replace(correction=_correction(p, velocity, u.feedback, x.heading_correction))
+    ends = velocity == REST and (not u.walk or number >= last)
+    correction = REST if ends else _correction(p, velocity, u.feedback, x.heading_correction)
+    x = x._replace(phase=_phase_of(x.swing), t=0.0, velocity=velocity, correction=correction)
+    closing = ends and (number >= last or _may_close(g, x))
     planned = nominal_foothold(p, x.stance, x.swing, velocity)
     target = nominal_foothold(p, x.stance, x.swing, x.corrected_velocity)
     turned = x.heading_correction + target.yaw - planned.yaw
@@ -467,10 +469,10 @@ def _closed(g: Constants, x: OmniState, by: Vec2, steps: int) -> Pose2D:
         by: shift of the next foothold by feedback, m.
         steps: at no velocity before the walk is told to end.
     """
-    while True:
+    for _ in range(_LONGEST_END):
         x = _begin_step(g, x._replace(heading_correction=0.0), GaitCommand(walk=steps > 0, velocity=REST))
         if x.kind == "closing":
-            return _side_by_side(g, x.target, x.swing)
+            break
         x, steps = _transferred(g, x), steps - 1
         target = _target(g, x)
         end = _drift(x.xi, _under_stance(g, x), math.exp(g.omega * g.p.T))
@@ -478,6 +480,7 @@ def _closed(g: Constants, x: OmniState, by: Vec2, steps: int) -> Pose2D:
             g, x._replace(xi=end, target=Pose2D(target.x + by[0], target.y + by[1], target.yaw), adjustment=by)
         )
         by = (0.0, 0.0)
+    return _side_by_side(g, x.target, x.swing)
 
 
 def _side_by_side(g: Constants, foothold: Pose2D, side: Side) -> Pose2D:
