@@ -114,8 +114,8 @@ _OTHERS_TIME: Final = 2.0
 """s without a robot after which the robots that are there are reported."""
 _SEARCH_TIME: Final = 5.0
 """s without any robot after which that is reported."""
-_ROBOTS_TIMEOUT: Final = 1.0
-"""s to wait for the robots of a link to answer."""
+_ROBOTS_TIMEOUT: Final = 3.0
+"""s to wait for the robots of a link to answer; their node answers for all at once, a starved one late."""
 MAX_SESSIONS: Final = 32
 """Parties that the robot's node takes at a time."""
 

@@ -31,6 +31,7 @@ class Command:
     """A running `nao-hil` command, its output in files."""
 
     def __init__(self, arguments: list[str], folder: Path, script: str | None) -> None:
+        self.arguments = arguments
         self._out, self._err = folder / "stdout", folder / "stderr"
         start = ["-c", script] if script else ["-m", "nao_hil.cli"]
         with self._out.open("w") as out, self._err.open("w") as err:
@@ -96,6 +97,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
         started.append(Command(list(arguments), folder, script))
         return started[-1]
 
+    begin.commands = started  # type: ignore[attr-defined]
     yield begin
     for command in started:
         command.end()
@@ -134,6 +136,9 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, None]:
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     """A failed real-time test is skipped where the machine could not hold a robot's cycle (`machine.py`)."""
     report = (yield).get_result()
+    if report.when == "call" and report.failed:
+        for command in getattr(item.funcargs.get("start"), "commands", ()):  # type: ignore[attr-defined]
+            report.sections.append((f"errors of {' '.join(command.arguments)}", command.stderr[-2000:]))
     if report.when != "call" or not report.failed or LATENESS not in item.stash:
         return
     reason = complaint(item.stash[LATENESS], engine_cycles())
