@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -79,6 +80,9 @@ def save_figure(figure: Any, file: Path) -> Path:
         ConfigurationError: the file cannot be written.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_path(file) as temporary:
+    with atomic_path(file) as temporary, warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", 'Creating legend with loc="best"'
+        )  # it times itself, on a busy machine too
         figure.savefig(temporary, dpi=110)
     return file

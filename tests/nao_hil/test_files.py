@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+from itertools import count
 from pathlib import Path
 
 import pytest
+from matplotlib import legend
+from matplotlib.figure import Figure
 
 from nao_hil.cli.main import run
-from nao_hil.files import atomic_path, write_text
+from nao_hil.files import atomic_path, save_figure, write_text
 
 
 def test_a_file_is_there_whole_once_the_block_has_ended(tmp_path: Path) -> None:
@@ -68,3 +71,16 @@ def test_an_export_to_a_full_disk_leaves_nothing_behind(
         "error: nothing more can be written (No space left on device); make room, or write elsewhere."
     ]
     assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_whose_legend_takes_a_busy_machine_seconds_is_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Matplotlib warns where its search takes a second by the clock; these tests make errors of warnings."""
+    seconds = count()
+    monkeypatch.setattr(legend.time, "perf_counter", lambda: float(next(seconds)) * 2.0)
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], label="a line")
+    axes.legend()
+    assert save_figure(figure, tmp_path / "figure.png").stat().st_size > 0

@@ -66,9 +66,12 @@ def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = [sys.executable, "-m", "nao_hil.cli", "experiment", "obstacle", "--seeds", "2", "--out", str(out)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        until(lambda: process.poll() is not None or (out / "walks").exists(), "the first walk")
-        process.send_signal(signal.SIGINT)
-        error = process.communicate(timeout=TIMEOUT)[1]
+        try:
+            until(lambda: process.poll() is not None or (out / "walks").exists(), "the first walk")
+            process.send_signal(signal.SIGINT)
+            error = process.communicate(timeout=TIMEOUT)[1]
+        finally:
+            process.kill()
     assert process.returncode == 130, error
     assert "Interrupted" in error and "Traceback" not in error
     assert "not done" in (out / "report.html").read_text()
