@@ -20,6 +20,7 @@ from bridge.messages import SensorFrame, TruthFrame
 from bridge.planar import Pose2D
 from bridge.rotations import yaw
 from bridge.types import Array, Vec3
+from nao_hil.arguments import require_names
 
 _TRUTH: Final = (
     "time",
@@ -129,6 +130,7 @@ def make_task(task: type[Task], robot: str, arguments: dict[str, Any]) -> Task:
     Raises:
         ConfigurationError: an argument that the task does not have, or a wrong one.
     """
+    require_names(robot=robot)
     known = list(inspect.signature(task).parameters)[1:]
     for name in arguments:
         if name not in known:

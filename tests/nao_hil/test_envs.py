@@ -128,6 +128,8 @@ def test_wrong_arguments_are_one_sentence() -> None:
                 vectorization_mode="vector_entry_point",
                 autoreset_mode=mode,
             )
+    with pytest.raises(ConfigurationError, match=r"robot is .*a name is expected"):
+        gymnasium.make("NaoHil-Servos-v0", robot=["nao-v3", "nao-v6"])
     for n in (0, -1):
         with pytest.raises(ConfigurationError, match=f"num_envs is {n}; a number from 1 on"):
             gymnasium.make_vec("NaoHil-Servos-v0", num_envs=n, vectorization_mode="vector_entry_point")
