@@ -102,11 +102,7 @@ class Dataset:
             ) from None
 
     def find(self, walks: Mapping[str, Walk]) -> dict[str, WalkOutcome]:
-        """Finished walks among these, by key; one with an unreadable track counts as not walked.
-
-        Args:
-            walks: By key.
-        """
+        """Finished walks among these, by key; one with an unreadable track counts as not walked."""
         recent = {key: self._recent[key] for key in walks if key in self._recent}
         rows = find_rows(self._folder, walks.keys() - recent.keys()) | recent
         outcomes = {}

@@ -18,11 +18,7 @@ SUFFIX: Final = ".jsonl"
 
 
 class Journal:
-    """A file that this process alone writes; its lock shows others that its writer is alive.
-
-    Args:
-        folder: Of the journals.
-    """
+    """A file that this process alone writes; its lock shows others that its writer is alive."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -54,11 +50,7 @@ def rows_of(path: Path) -> list[Row]:
 
 
 class Abandoned:
-    """The journals of a folder whose writers have ended; locked while in the context.
-
-    Args:
-        folder: Of the journals.
-    """
+    """The journals of a folder whose writers have ended; locked while in the context."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
