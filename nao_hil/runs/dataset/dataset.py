@@ -19,7 +19,7 @@ import pyarrow.parquet as pq
 
 from bridge.errors import ConfigurationError
 from nao_hil.files import atomic_path
-from nao_hil.runs.dataset.journal import Abandoned, Journal, rows_of
+from nao_hil.runs.dataset.journal import Journal, abandoned, rows_of
 from nao_hil.runs.run import Table
 from nao_hil.runs.store import Row, row
 from nao_hil.runs.walk import NO_TRACK, Walk, WalkOutcome
@@ -143,7 +143,7 @@ class Dataset:
         self._recent.clear()
 
     def _take_in(self) -> None:
-        with self._lock(), Abandoned(self._folder / "journal") as journals:
+        with self._lock(), abandoned(self._folder / "journal") as journals:
             rows = {row.key: row for path in journals for row in rows_of(path)}
             self._add(list(rows.values()))
             for path in journals:

@@ -7,8 +7,9 @@ import os
 import socket
 import uuid
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Final
 
 import msgspec
 
@@ -49,32 +50,20 @@ def rows_of(path: Path) -> list[Row]:
     return rows
 
 
-class Abandoned:
+@contextmanager
+def abandoned(folder: Path) -> Iterator[list[Path]]:
     """The journals of a folder whose writers have ended; locked while in the context."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._held: list[tuple[Path, BinaryIO]] = []
-
-    def __enter__(self) -> list[Path]:
-        for path in self._locked():
-            self._held.append(path)
-        return [path for path, _ in self._held]
-
-    def _locked(self) -> Iterator[tuple[Path, BinaryIO]]:
-        for path in sorted(self._folder.glob(f"*{SUFFIX}")):
+    with ExitStack() as held:
+        paths = []
+        for path in sorted(folder.glob(f"*{SUFFIX}")):
             try:
-                file = path.open("rb")
+                file = held.enter_context(path.open("rb"))
             except FileNotFoundError:
                 continue
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 os.stat(path)  # missing if another process has taken it
             except OSError:
-                file.close()
                 continue
-            yield path, file
-
-    def __exit__(self, *_: object) -> None:
-        for _path, file in self._held:
-            file.close()
+            paths.append(path)
+        yield paths
