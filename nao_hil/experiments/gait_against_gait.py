@@ -78,8 +78,8 @@ def course_table(
         title: Of the table.
         head: Of the courses' column.
         titles: By course.
-        walks: Of which the pairs are.
-        conditions: The same, summed up.
+        walks: With the pairs.
+        conditions: The walks, summed up.
     """
     first, *others = next(iter(conditions.values()))
 

@@ -89,7 +89,7 @@ class Child:
         """Whole lines of its stderr since the last call."""
         text = self.stderr
         begin, self._reported = self._reported, text.rfind("\n") + 1
-        return text[begin : self._reported].splitlines()
+        return text[begin : self._reported].split("\n")[:-1]
 
     def ask_to_end(self) -> None:
         """Send it a Ctrl-C, unless it has ended or got one already: a second one would end it in disorder."""
