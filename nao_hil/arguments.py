@@ -35,9 +35,6 @@ def whole_seed(seed: SupportsIndex) -> int:
 def require_names(**names: object) -> None:
     """See that arguments are names, whose default None would silently take.
 
-    Args:
-        names: argument -> its value.
-
     Raises:
         ConfigurationError: one is no text.
     """

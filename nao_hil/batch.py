@@ -15,7 +15,7 @@ from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError, FrameError
 from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
-from bridge.types import Array
+from bridge.types import Array, Closing
 from emulator.engine.catalogue import ENGINES, choose_engine
 from nao_hil.arguments import UnreachableAngles, whole_seed
 from nao_hil.robot import Robot
@@ -38,7 +38,7 @@ class Frames(msgspec.Struct, frozen=True, kw_only=True):
     sonar: Array
 
 
-class Batch:
+class Batch(Closing):
     """N emulated robots, each with its own seed, wear and world.
 
     The numbers of each robot are those of a single `Robot` with the same arguments, bit for bit, in any number
@@ -231,12 +231,6 @@ class Batch:
         for robot in self._robots:
             robot.close()
         self._pool.close()
-
-    def __enter__(self) -> Batch:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _seeds(values: Iterable[int]) -> list[int]:

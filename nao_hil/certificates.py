@@ -48,9 +48,6 @@ class KeyState(msgspec.Struct, frozen=True, kw_only=True):
 class Keys:
     """The authority in a folder, made when it is not there.
 
-    Args:
-        folder: where it is.
-
     Raises:
         ConfigurationError: there is half of one, or the files cannot be read or written.
     """

@@ -13,6 +13,7 @@ from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 from bridge.recording.recorder import Recorder
+from bridge.types import Closing
 from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
 from nao_hil.arguments import (
@@ -33,7 +34,7 @@ MAX_PIXELS: Final = 4096
 """Most pixels of a picture's width and height."""
 
 
-class Robot:
+class Robot(Closing):
     """An emulated robot that this process steps; close it, or use it as a context manager.
 
     It starts in its standing posture with full stiffness. The same seed gives the same frames, bit for bit.
@@ -179,12 +180,6 @@ class Robot:
         """Free the physics engine; may be called twice."""
         self._open = False
         self._robot.close()
-
-    def __enter__(self) -> Robot:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def walk(

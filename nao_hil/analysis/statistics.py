@@ -15,13 +15,12 @@ ENOUGH: Final = 20
 """Runs of a condition; the title of a report of fewer names the number."""
 
 
-def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Score interval of a proportion (Wilson 1927), without continuity correction.
+def wilson(successes: int, n: int) -> tuple[float, float]:
+    """Two-sided 95 % score interval of a proportion (Wilson 1927), without continuity correction.
 
     Args:
         successes: Out of `n`.
         n: Trials; for none the interval is (0, 1).
-        confidence: Of the two-sided interval.
 
     Returns:
         Lower and upper bound, within 0..1.
@@ -31,12 +30,12 @@ def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, flo
     """
     if n == successes == 0:
         return 0.0, 1.0
-    interval = binomtest(successes, n).proportion_ci(confidence, method="wilson")
+    interval = binomtest(successes, n).proportion_ci(0.95, method="wilson")
     return float(interval.low), float(interval.high)
 
 
-def score_bounds(total: float, n: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Bounds of the mean of scores between 0 and 1: Wilson's interval with the total in place of successes.
+def score_bounds(total: float, n: int) -> tuple[float, float]:
+    """95 % bounds of a mean of scores from 0 to 1: Wilson's interval with the total in place of successes.
 
     A score in 0..1 of mean p has at most the variance p (1 - p) of a success with that chance, so the bounds
     hold at least as surely as Wilson's.
@@ -44,11 +43,10 @@ def score_bounds(total: float, n: int, confidence: float = 0.95) -> tuple[float,
     Args:
         total: Sum of the scores.
         n: How many; for none the bounds are 0 and 1.
-        confidence: Of the two-sided interval.
     """
     if n == 0:
         return 0.0, 1.0
-    z2, p = float(norm.ppf(0.5 + 0.5 * confidence)) ** 2, total / n
+    z2, p = float(norm.ppf(0.975)) ** 2, total / n
     half = math.sqrt(z2 * p * (1.0 - p) / n + z2 * z2 / (4.0 * n * n))
     middle, scale = p + z2 / (2.0 * n), 1.0 + z2 / n
     return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import threading
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -30,7 +29,7 @@ from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, log_to_stderr
 from nao_hil.cli.every_robot import Every, for_every_robot
-from nao_hil.cli.signals import on_signals, stop_event
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.supervisor import Child
 
@@ -192,13 +191,12 @@ def serve_naoqi(
     from walker.gaits.catalogue import gait_kind
 
     gait_kind(gait)  # refuses an unknown name before anything has begun
-    given, url = url, split_open(url, lambda plain: check_url(plain)[0])
-
+    mark = OPEN_MARK if url.endswith(OPEN_MARK) else ""
+    url = split_open(url, lambda plain: check_url(plain)[0])
     require_qi()
     home = home or Path("runs") / name_of_now() / "home"
     if every:
         host, port = check_url(url)
-        mark = OPEN_MARK if given.endswith(OPEN_MARK) else ""
 
         def each(i: int, robot: str) -> tuple[str, list[str]]:
             place = f"tcp://{host}:{port + i}{mark}"
@@ -208,25 +206,11 @@ def serve_naoqi(
         return for_every_robot(connect, name, each)
     require_free(url)  # before the link is opened: nothing has to be ended
     log_to_stderr()
-    stop = threading.Event()
     sys.setswitchinterval(SWITCH_INTERVAL)
+    priority = CONTROLLER_PRIORITY if realtime_priority else None
     with ControllerLink(name, connect, "naoqi", direct=True) as link:
-
-        def end() -> None:
-            stop.set()
-            link.wake()
-
-        on_signals(end)
-        server = NaoqiServer(
-            link,
-            url,
-            gait,
-            _full(gait),
-            lambda: ServingWalker(name, connect, gait),
-            stop.is_set,
-            home,
-            CONTROLLER_PRIORITY if realtime_priority else None,
-        )
+        stop, walker = stop_event(link.wake), partial(ServingWalker, name, connect, gait)
+        server = NaoqiServer(link, url, gait, _full(gait), walker, stop.is_set, home, priority)
         server.run()
     return Answer({"calls": server.calls})
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from decimal import Decimal
 from functools import partial
@@ -73,7 +72,7 @@ def campaign(
     }
     directory.write_summary(data)
     if running.interrupted and failure is None:
-        open_console().print(f"Stopped; the same command with --out {directory.path} goes on.", highlight=False)
+        open_console().print(f"Stopped; the same command with --out {directory.path} goes on.")
     tables = [_table(title, data["cells"]), *([_comparison_table(compared)] if compared else [])]
     show = partial(open_console(stderr=False).print, *tables)
     return Answer(data, show, 130 if running.interrupted else 0, failure)
@@ -128,18 +127,13 @@ def results(
         raise ConfigurationError(f"{query}: is a folder; the query comes first, then the folder.")
     answer = ask(query, folder)
     rows = [
-        {name: _in_json(value) for name, value in zip(answer.columns, row, strict=True)} for row in answer.rows
+        {n: float(v) if isinstance(v, Decimal) else v for n, v in zip(answer.columns, row, strict=True)}
+        for row in answer.rows
     ]
     table = Table(*answer.columns)
     for row in answer.rows:
         table.add_row(*(f"{value:.6g}" if isinstance(value, float) else str(value) for value in row))
     return Answer({"columns": answer.columns, "rows": rows}, table)
-
-
-def _in_json(value: object) -> object:
-    """A value as JSON has it, which has no decimals, no NaN and no infinity."""
-    number = float(value) if isinstance(value, Decimal) else value
-    return None if isinstance(number, float) and not math.isfinite(number) else number
 
 
 def map_(
@@ -171,7 +165,7 @@ def map_(
         raise ConfigurationError(f"{axes[0].name} is given twice; a map takes two different quantities.")
     console = open_console()
     settings = run_config(config, gait=gait, robot=robot, wear=wear, engine=engine, scenario=scenario)
-    settings = chosen_engine(settings, console)
+    settings = chosen_engine(settings)
     world = load_scenario(settings.scenario)
     task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
     directory = RunDirectory(out)
@@ -191,9 +185,6 @@ def map_(
     directory.write_summary(data)
     if surveyed.tried:
         picture = draw(surveyed, *axes, title, directory.path / "map.png")
-        console.print(f"map: {picture}", highlight=False, soft_wrap=True)
-    console.print(
-        f"{data['walks']} walks, {100 * data['share']:.0f} % of the full grid's {data['full_grid']}.",
-        highlight=False,
-    )
+        console.print(f"map: {picture}", soft_wrap=True)
+    console.print(f"{data['walks']} walks, {100 * data['share']:.0f} % of the full grid's {data['full_grid']}.")
     return Answer(data, code=130 if campaign.interrupted else 0)

@@ -81,12 +81,13 @@ def end_log() -> None:
 def open_console(*, stderr: bool = True) -> Console:
     """A console on stderr or stdout: as wide as the terminal or `COLUMNS` says, or wide in a pipe or a file.
 
-    Text is printed as it is: the `:CD:` of a fingerprint is no emoji, `[a]` in a path no markup.
+    Text is printed as it is: the `:CD:` of a fingerprint is no emoji, `[a]` in a path no markup, a number not
+    coloured.
     """
     stream = sys.stderr if stderr else sys.stdout
     terminal = stream is not None and stream.isatty()
     width = None if terminal or os.environ.get("COLUMNS") else WIDE
-    return _Console(stderr=stderr, width=width, emoji=False, markup=False)
+    return _Console(stderr=stderr, width=width, emoji=False, markup=False, highlight=False)
 
 
 def own_command() -> str:
@@ -97,7 +98,7 @@ def own_command() -> str:
     return os.path.relpath(path) if path.exists() else f"{sys.executable} -m nao_hil.cli"
 
 
-def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
+def chosen_engine(settings: RunConfig) -> RunConfig:
     """The configuration with its engine by name; a missing PyBullet is reported in a sentence.
 
     Raises:
@@ -110,7 +111,7 @@ def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
     chosen = with_engine(settings)
     require_engine(chosen.engine)
     if settings.engine == "auto" and chosen.engine != next(iter(ENGINES)):
-        console.print(WITHOUT_PYBULLET, highlight=False)
+        open_console().print(WITHOUT_PYBULLET)
     return chosen
 
 

@@ -54,4 +54,4 @@ def _print(found: dict[str, Any]) -> None:
             console.print(table)
     for name, events in zip(("first", "second"), found["events"], strict=False):
         for time, text in events:
-            console.print(f"only in the {name}, at {time:.2f} s: {text}", highlight=False)
+            console.print(f"only in the {name}, at {time:.2f} s: {text}")

@@ -70,6 +70,15 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     """Its meaning, and advice when it is not good."""
 
 
+def _judged(
+    name: str, value: str, good: bool, advice: str, otherwise: str, bad: Verdict = "warning"
+) -> Finding:
+    """A finding that is good, or has another advice."""
+    return Finding(
+        name=name, verdict="good" if good else bad, value=value, advice=advice if good else otherwise
+    )
+
+
 def doctor() -> Answer:
     """Check this machine: cores, timer, permissions, port, packages. Exit code 3: it cannot work.
 
@@ -95,13 +104,9 @@ def diagnose() -> list[Finding]:
 def python_finding(found: tuple[int, ...]) -> Finding:
     """Whether this Python is new enough."""
     wanted = ".".join(map(str, OLDEST_PYTHON))
-    good = found >= OLDEST_PYTHON
-    return Finding(
-        name="python",
-        verdict="good" if good else "bad",
-        value=f"{'.'.join(map(str, found))} on {platform.system()} {platform.machine()}",
-        advice="New enough." if good else f"Python {wanted} or newer is needed; install one.",
-    )
+    value = f"{'.'.join(map(str, found))} on {platform.system()} {platform.machine()}"
+    otherwise = f"Python {wanted} or newer is needed; install one."
+    return _judged("python", value, found >= OLDEST_PYTHON, "New enough.", otherwise, "bad")
 
 
 def usable_cores() -> int:
@@ -111,14 +116,12 @@ def usable_cores() -> int:
 
 def cores_finding(cores: int) -> Finding:
     """Whether robot and walker have a core each."""
-    good = cores >= 2
-    return Finding(
-        name="cores",
-        verdict="good" if good else "warning",
-        value=str(cores),
-        advice="One for the robot and one for the walker."
-        if good
-        else "Robot and walker share one core; use --mode lockstep, which waits instead of missing cycles.",
+    return _judged(
+        "cores",
+        str(cores),
+        cores >= 2,
+        "One for the robot and one for the walker.",
+        "Robot and walker share one core; use --mode lockstep, which waits instead of missing cycles.",
     )
 
 
@@ -139,27 +142,24 @@ def timer_finding(times: CycleTimes | None) -> Finding:
             name="timer", verdict="warning", value="not measured", advice="No process could be started."
         )
     late = times.lateness
-    in_time = late.p99 <= MAX_LATENESS and times.skipped == 0
-    return Finding(
-        name="timer",
-        verdict="good" if in_time else "warning",
-        value=f"late by {1e6 * late.p50:.0f} us (p50), {1e6 * late.p99:.0f} us (p99), "
+    return _judged(
+        "timer",
+        f"late by {1e6 * late.p50:.0f} us (p50), {1e6 * late.p99:.0f} us (p99), "
         f"{1e6 * late.max:.0f} us (max), {times.skipped} of {times.cycles + times.skipped} cycles skipped",
-        advice="A 10 ms cycle keeps time."
-        if in_time
-        else "Wake-ups come late: end other work here, permit real-time scheduling, or use --mode lockstep.",
+        late.p99 <= MAX_LATENESS and times.skipped == 0,
+        "A 10 ms cycle keeps time.",
+        "Wake-ups come late: end other work here, permit real-time scheduling, or use --mode lockstep.",
     )
 
 
 def real_time_finding(permitted: bool | None) -> Finding:
     """Whether SCHED_FIFO may be used."""
-    return Finding(
-        name="real-time scheduling",
-        verdict="good" if permitted else "warning",
-        value="permitted" if permitted else "not permitted",
-        advice="SCHED_FIFO is used for the robot's cycle."
-        if permitted
-        else "Works without; for punctual cycles on a busy machine set `rtprio 50` for your user in "
+    return _judged(
+        "real-time scheduling",
+        "permitted" if permitted else "not permitted",
+        bool(permitted),
+        "SCHED_FIFO is used for the robot's cycle.",
+        "Works without; for punctual cycles on a busy machine set `rtprio 50` for your user in "
         "/etc/security/limits.conf, or give a container the capability SYS_NICE.",
     )
 
@@ -192,21 +192,13 @@ def package_finding(extra: str, name: str) -> Finding:
         installed = version(name)
     except PackageNotFoundError:
         newest = NEWEST_PYTHON.get(name, (sys.maxsize,))
+        value, remedy = "not installed", f"pip install 'nao-hil[{extra}]' brings it."
         if sys.version_info[:2] > newest or (name in NEWEST_PYTHON and platform.machine() != "x86_64"):
             where = f"Python {'.'.join(map(str, newest))} or older on x86-64"
-            return Finding(
-                name=name,
-                verdict="warning",
-                value="not available",
-                advice=f"Only the {extra} needs it; there is no package of it for this Python and machine: "
-                f"{where} has one.",
-            )
-        return Finding(
-            name=name,
-            verdict="warning",
-            value="not installed",
-            advice=f"Only the {extra} needs it; pip install 'nao-hil[{extra}]' brings it.",
-        )
+            value = "not available"
+            remedy = f"there is no package of it for this Python and machine: {where} has one."
+        advice = f"Only the {extra} needs it; {remedy}"
+        return Finding(name=name, verdict="warning", value=value, advice=advice)
     return Finding(name=name, verdict="good", value=installed, advice=f"Used by the {extra}.")
 
 

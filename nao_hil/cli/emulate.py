@@ -84,7 +84,7 @@ def emulate(
     if settings.mode == "in-process":
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()
-    settings = chosen_engine(settings, console)
+    settings = chosen_engine(settings)
     stop = stop_event()
     link = _Link(listen, disarmed, dry_run, out, overwrite)
     found = members(settings, name, robots, world)
@@ -151,7 +151,7 @@ def _run(
                 summary["starved"] = starved(summary["cycles"], summary["cycles_missed"], times.skipped)
                 if summary["starved"]:
                     whose = f"{name}: " if len(found) > 1 else ""
-                    console.print(whose + summary["starved"], highlight=False)
+                    console.print(whose + summary["starved"])
             summary["commands_refused"] = side.link.refused
             summaries[name] = summary | {"config": msgspec.to_builtins(config)}
     robots[0].world.engine.close()

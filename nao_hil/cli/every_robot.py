@@ -53,22 +53,21 @@ def for_every_robot(
         children = []
         for i, robot in enumerate(names):
             place, words = arguments(i, robot)
-            open_console().print(f"{robot}: {place}", highlight=False, soft_wrap=True)
+            open_console().print(f"{robot}: {place}", soft_wrap=True)
             command = [*words, "--name", robot, "--connect", connect, "--json"]
             children.append(Child(robot, command, Path(folder)))
-        shown = dict.fromkeys(names, 0)
         ended: list[Child] = []
         while not stop.wait(_LOOK) and len(ended) < len(children):
             new = [child for child in children if not child.running and child not in ended]
-            _show(children, shown)
+            _show(children)
             for child in new:
                 rest = ", ".join(c.name for c in children if c.running) or "none"
-                open_console().print(f"{child.name}: has ended; there are still: {rest}", highlight=False)
+                open_console().print(f"{child.name}: has ended; there are still: {rest}")
             ended += new
         for child in children:
             child.ask_to_end()
         outcomes = {child.name: child.end(_GRACE) for child in children}
-        _show(children, shown)
+        _show(children)
     answer = {"robots": {name: outcome.result for name, outcome in outcomes.items()}}
     why = " ".join(f"Robot `{child.name}`: {outcomes[child.name].error}" for child in ended)
     return Answer(answer, error=LinkError(why) if why else None)
@@ -91,11 +90,8 @@ def _all_robots(connect: str, stop: threading.Event) -> list[str]:
     return []
 
 
-def _show(children: list[Child], shown: dict[str, int]) -> None:
+def _show(children: list[Child]) -> None:
     """Print what the processes have reported, each line after its robot."""
     for child in children:
-        text = child.stderr
-        end = text.rfind("\n") + 1
-        for line in text[shown[child.name] : end].splitlines():
-            open_console().print(f"{child.name}: {line}", highlight=False, soft_wrap=True)
-        shown[child.name] = max(end, shown[child.name])
+        for line in child.new_lines():
+            open_console().print(f"{child.name}: {line}", soft_wrap=True)

@@ -6,17 +6,15 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import typer
 
-from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.cli.progress import running_campaign
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
-from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
 
 Seeds = Annotated[
@@ -89,24 +87,27 @@ def experiment(
         raise ConfigurationError(unknown_name("experiment", name, (*EXPERIMENTS, ALL)))
     if duration is not None and not math.isfinite(duration):
         raise ConfigurationError("--duration must be a finite number of seconds.")
-    if gait is not None and (name == ALL or not EXPERIMENTS[name].any_gait):
-        takes = ", ".join(f"`{each}`" for each, entry in EXPERIMENTS.items() if entry.any_gait)
-        raise ConfigurationError(f"--gait: {name} has gaits of its own; {takes} take one.")
+    first = None
     if gait is not None:
+        if name == ALL or not EXPERIMENTS[name].any_gait:
+            takes = ", ".join(f"`{each}`" for each, entry in EXPERIMENTS.items() if entry.any_gait)
+            raise ConfigurationError(f"--gait: {name} has gaits of its own; {takes} take one.")
         # refuses an unknown name before anything has begun; the path of a sheet becomes absolute
-        several = gait.split(",") if name != ALL and EXPERIMENTS[name].gaits else [gait]
+        several = gait.split(",") if EXPERIMENTS[name].gaits else [gait]
         found = [run_config(None, gait=each).gait for each in several]
         gait, first = ",".join(found), found[0]
-    changes = chosen_engine(_changes(config, robot, wear, engine, gait and first), open_console())
+    changes = chosen_engine(run_config(config, robot=robot, wear=wear, engine=engine, gait=first))
     directory = RunDirectory(out)
     directory.write_config(changes)
     # Imported late: physics, figures and the template are for those who run one.
+    from nao_hil.experiments.context import Context
     from nao_hil.experiments.runner import Runner
 
     console = open_console()
     names = [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]
     with running_campaign(names[0], directory, cluster) as (campaign, progress):
-        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration, gait)
+        context = Context(campaign, directory.path, (), changes, duration, gait)
+        runner = Runner(context, console, seeds, first_seed)
         for each in names:
             progress.begin(each, grows=True)
             runner.run(each, directory.path / each if name == ALL else directory.path)
@@ -115,18 +116,8 @@ def experiment(
     report = runner.report("The thesis' experiments" if name == ALL else f"Experiment {name}")
     if runner.interrupted:
         console.print("Interrupted: the report has what is there.")
-    console.print(f"report: {report}", highlight=False, soft_wrap=True)
+    console.print(f"report: {report}", soft_wrap=True)
     return Answer(data, code=130 if runner.interrupted else int(not runner.passed))
-
-
-def _changes(
-    file: Path | None, robot: str | None, wear: str | None, engine: str | None, gait: str | None
-) -> RunConfig:
-    """Robot, wear, engine and changed parameters; the default wear is nominal."""
-    settings = run_config(file, robot=robot, wear=wear, engine=engine, gait=gait)
-    if wear is None and (file is None or "wear" not in read_toml(file)):
-        settings = msgspec.structs.replace(settings, wear="nominal")
-    return settings
 
 
 def experiments() -> Answer:

@@ -71,8 +71,7 @@ def folder(
     picture = draw_model(out)
     open_console().print(
         f"{body.name} with {profile} drives is in {out}."
-        + ("" if picture else " No picture: MuJoCo cannot draw."),
-        highlight=False,
+        + ("" if picture else " No picture: MuJoCo cannot draw.")
     )
     found = sorted([*files, *([picture] if picture else [])])
     return Answer({"robot": body.name, "wear": profile, "folder": str(out), "files": found})
@@ -81,7 +80,7 @@ def folder(
 def _export(form: str, out: Path, robot: str | None, wear: str | None) -> Answer:
     body, profile, text = _text(form, robot, wear)
     write_text(out, text)
-    open_console().print(f"{body.name} with {profile} drives is in {out}.", highlight=False)
+    open_console().print(f"{body.name} with {profile} drives is in {out}.")
     return Answer({"format": form, "robot": body.name, "wear": profile, "file": str(out)})
 
 
@@ -152,7 +151,7 @@ def export_run(
         written["video"] = video
     for file in written.values():
         size = 1e-6 * file.stat().st_size
-        open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
+        open_console().print(f"written to {file}, {size:.1f} MB", soft_wrap=True)
     files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
     return Answer({**files, "config": recorded_config(recordings[0])})
 

@@ -55,7 +55,7 @@ def stop(
     if not every:
         return _show(done[names[0]])
     for who, status in done.items():
-        open_console().print(f"{who}: {status.text}", highlight=False, soft_wrap=True)
+        open_console().print(f"{who}: {status.text}", soft_wrap=True)
     error = LinkError(" ".join(map(str, failed))) if failed else None
     return Answer({"robots": done}, error=error)
 
@@ -88,7 +88,6 @@ def _confirm(guard: GuardClient, name: str) -> None:
     who = f"controller `{holder}` holds it and may move it at once" if holder else "no controller holds it yet"
     open_console().print(
         f"Robot `{name}` ({info.body}, {info.side}): {status.text} When armed: {who}.",
-        highlight=False,
         soft_wrap=True,
     )
     if not typer.confirm("Stand clear, or hold it. Arm?", err=True):
@@ -96,5 +95,5 @@ def _confirm(guard: GuardClient, name: str) -> None:
 
 
 def _show(status: GuardStatus) -> Answer:
-    open_console().print(status.text, highlight=False, soft_wrap=True)
+    open_console().print(status.text, soft_wrap=True)
     return Answer(status)

@@ -12,6 +12,7 @@ from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ROBOT
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, chosen_engine, open_console
+from nao_hil.cli.progress import share_shown
 from nao_hil.files import write_bytes
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory, recording_of
@@ -77,11 +78,11 @@ def identify(
     page = out.with_name(f"{out.stem}-report.html")
     write_identification(page, values, found, signals)
     for note in values.notes:
-        console.print(note, highlight=False, soft_wrap=True)
+        console.print(note, soft_wrap=True)
     for name, each in values.parameters.items():
         value, interval = in_words(name, each)
-        console.print(f"{name:26} {value:>20}   {interval}", highlight=False)
-    console.print(f"profile: {out}\nreport: {page}", highlight=False, soft_wrap=True)
+        console.print(f"{name:26} {value:>20}   {interval}")
+    console.print(f"profile: {out}\nreport: {page}", soft_wrap=True)
     return Answer(values)
 
 
@@ -117,8 +118,6 @@ def compare(
     Example: nao-hil compare real.csv --robot nao-v5 --start hang --from 2 --to 60
     """
     # imported late: physics and figures are for those who compare
-    from rich.progress import Progress
-
     from nao_hil.identification.comparison_page import write_comparison
     from nao_hil.identification.comparison_run import compare_recording
     from nao_hil.identification.leg_model import compare_leg_model, load_model
@@ -132,15 +131,12 @@ def compare(
         name: given if given is not None else recorded.config.get(name)
         for name, given in (("robot", robot), ("scenario", scenario), ("start", start))
     }
-    settings = chosen_engine(run_config(None, **named, wear=wear, engine=engine, seed=seed), console)
+    settings = chosen_engine(run_config(None, **named, wear=wear, engine=engine, seed=seed))
     directory = RunDirectory(out)
     directory.clear(overwrite=overwrite)
     directory.write_config(settings)
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("replay", total=1.0)
-        result, replayed = compare_recording(
-            recorded, str(recording), settings, lambda share: bar.update(task, completed=share)
-        )
+    with share_shown("replay", console) as show:
+        result, replayed = compare_recording(recorded, str(recording), settings, show)
     if model is not None:
         compared = compare_leg_model(model, str(leg_model), recorded.body, recorded.signals, replayed)
         result = msgspec.structs.replace(result, leg_model=compared)
@@ -148,10 +144,10 @@ def compare(
     page = directory.path / "report.html"
     write_comparison(page, result, recorded.signals, replayed)
     for note in result.notes:
-        console.print(note, highlight=False, soft_wrap=True)
+        console.print(note, soft_wrap=True)
     if result.leg_model is not None:
-        console.print(result.leg_model.sentence, highlight=False, soft_wrap=True)
-    console.print(f"{result.sentence}\nreport: {page}", highlight=False, soft_wrap=True)
+        console.print(result.leg_model.sentence, soft_wrap=True)
+    console.print(f"{result.sentence}\nreport: {page}", soft_wrap=True)
     return Answer(result)
 
 
@@ -197,13 +193,11 @@ def excite(
     directory = RunDirectory(out)
     directory.clear(overwrite=overwrite)
     if connect is None:
-        settings = chosen_engine(settings, console)
+        settings = chosen_engine(settings)
         directory.write_config(settings)
     result = _excite(settings, duration, connect, name, directory.recording, console)
     directory.write_summary(msgspec.to_builtins(result))
-    console.print(
-        f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
-    )
+    console.print(f"{result.seconds:.1f} s of {result.robot} in {result.recording}", soft_wrap=True)
     return Answer(result)
 
 
@@ -212,17 +206,10 @@ def _excite(
 ) -> ExcitationResult:
     """Move the robot at an endpoint, or without one an emulated robot, under a progress bar."""
     # imported late: physics and the link are for those who use them
-    from rich.progress import Progress
-
     from nao_hil.connection import connect as connected
     from nao_hil.identification.excitation import excite_emulated, excite_linked
 
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("excitation", total=1.0)
-
-        def show(share: float) -> None:
-            bar.update(task, completed=share)
-
+    with share_shown("excitation", console) as show:
         if connect is None:
             return excite_emulated(settings, duration, recording, show)
         with connected(connect, robot=name, name="excite") as link:

@@ -39,31 +39,15 @@ PANELS: Final = {
     "Names and configuration": ("robots", "gaits", "scenarios", "config"),
 }
 """Heading of the help -> commands and groups under it."""
-COMMANDS: Final = {
+ELSEWHERE: Final = {
     "demo": "up:demo",
-    "up": "up:up",
-    "emulate": "emulate:emulate",
-    "walk": "walk:walk",
-    "drive": "drive:drive",
-    "view": "view:view",
-    "ros": "ros:ros",
     "record": "recordings:record",
     "replay": "recordings:replay",
     "info": "recordings:info",
-    "plot": "plot:plot",
-    "diff": "diff:diff",
     "compare": "identify:compare",
     "excite": "identify:excite",
-    "identify": "identify:identify",
-    "doctor": "doctor:doctor",
-    "plan": "plan:plan",
-    "run-naoqi": "run_naoqi:run_naoqi",
     "run-choregraphe": "run_naoqi:run_choregraphe",
-    "motion": "motion:motion",
-    "experiment": "experiment:experiment",
-    "campaign": "campaign:campaign",
     "map": "campaign:map_",
-    "tune": "tune:tune",
     "results": "campaign:results",
     "robots": "config:robots",
     "gaits": "config:gaits",
@@ -71,9 +55,8 @@ COMMANDS: Final = {
     "scenarios": "config:scenarios",
     "stop": "guard:stop",
     "arm": "guard:arm",
-    "keys": "keys:keys",
 }
-"""Command -> module of this package and function in it."""
+"""Command -> module of this package and function in it; of the others both have the command's name."""
 GROUPS: Final = {
     "serve": (
         "Let a robot on the link pose as a NAO for programs written for one, and for a GameController.",
@@ -170,8 +153,9 @@ def _application(arguments: list[str]) -> typer.Typer:
     panels = {name: panel for panel, names in PANELS.items() for name in names}
     names = [*panels]
     for name in arguments[:1] if arguments[:1] and arguments[0] in names else names:
-        if name in COMMANDS:
-            _add(app, name, COMMANDS[name], panels[name])
+        if name not in GROUPS:
+            own = name.replace("-", "_")
+            _add(app, name, ELSEWHERE.get(name, f"{own}:{own}"), panels[name])
             continue
         text, commands = GROUPS[name]
         group = typer.Typer(

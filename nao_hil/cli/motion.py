@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import msgspec
 import typer
@@ -60,27 +60,25 @@ def motion(
 
     Example: nao-hil motion sit-down --connect tcp/127.0.0.1:7447
     """
-    if connect is not None:
-        own = {"--robot": robot, "--wear": wear, "--engine": engine, "--start": start, "--seed": seed}
-        for option, value in (own | {"--tries": tries}).items():
-            if value is not None:
-                raise ConfigurationError(
-                    f"{option} is for a robot in this process; the one at {connect} has its own."
-                )
-        return _on_link(name, name_on_link, connect)
-    return _emulated(name, tries, robot, wear, engine, start, seed)
+    own = {"robot": robot, "wear": wear, "engine": engine, "start": start, "seed": seed}
+    if connect is None:
+        return _emulated(name, tries, own)
+    for option, value in (own | {"tries": tries}).items():
+        if value is not None:
+            raise ConfigurationError(
+                f"--{option} is for a robot in this process; the one at {connect} has its own."
+            )
+    return _on_link(name, name_on_link, connect)
 
 
-def _emulated(
-    name: str,
-    tries: int | None,
-    robot: str | None,
-    wear: str | None,
-    engine: str | None,
-    start: str | None,
-    seed: int | None,
-) -> Answer:
-    """Play a motion on a robot in this process; arguments as of `motion`."""
+def _emulated(name: str, tries: int | None, own: dict[str, Any]) -> Answer:
+    """Play a motion on a robot in this process.
+
+    Args:
+        name: Of the motion, or of its file.
+        tries: Of getting up.
+        own: The robot's options, as for `run_config`.
+    """
     # imported late: help and completion need neither physics nor SciPy
     from bridge.motion import GET_UP, load_motion
     from nao_hil.runs.build import build_robot
@@ -89,11 +87,9 @@ def _emulated(
     if tries is not None and name != GET_UP:
         raise ConfigurationError(f"--tries is for {GET_UP}; the motion {name} is played once.")
     chosen = None if name == GET_UP else load_motion(name, (GET_UP,))
-    lies = start or ("lie-back" if chosen is None else START_POSES[chosen.begins[0]])
+    lies = own["start"] or ("lie-back" if chosen is None else START_POSES[chosen.begins[0]])
     console = open_console()
-    settings = chosen_engine(
-        run_config(None, robot=robot, wear=wear, engine=engine, start=lies, seed=seed), console
-    )
+    settings = chosen_engine(run_config(None, **own | {"start": lies}))
     with build_robot(settings) as emulated:
         player = _get_up(emulated, tries) if chosen is None else _player(emulated, name, chosen, lies)
         if chosen is not None and chosen.bodies and emulated.body.base not in chosen.bodies:

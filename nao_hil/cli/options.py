@@ -72,8 +72,6 @@ Body = Annotated[
         of="bridge.body:BODIES",
     ),
 ]
-
-
 Wear = Annotated[
     str | None,
     _choice(
@@ -83,8 +81,6 @@ Wear = Annotated[
         of="emulator.wear:WEAR",
     ),
 ]
-
-
 Engine = Annotated[
     str | None,
     _choice(
@@ -94,8 +90,6 @@ Engine = Annotated[
         of="emulator.engine.catalogue:ENGINES",
     ),
 ]
-
-
 Scenario = Annotated[
     str | None,
     _choice(
@@ -105,8 +99,6 @@ Scenario = Annotated[
         of="emulator.scenarios:SCENARIOS",
     ),
 ]
-
-
 Start = Annotated[
     str | None,
     _choice(
@@ -116,22 +108,16 @@ Start = Annotated[
         of="emulator.scenarios:START_NAMES",
     ),
 ]
-
-
 Recover = Annotated[
     bool | None,
     typer.Option("--recover/--no-recover", help="Get up after a fall and go on, on bodies that can."),
 ]
-
-
 Gait = Annotated[
     str | None,
     _choice(
         "--gait", "Gait: a name of `nao-hil gaits`, or onnx:SHEET.", metavar="GAIT", of="walker.gaits:GAITS"
     ),
 ]
-
-
 Stabilizer = Annotated[
     str | None,
     _choice(
@@ -142,21 +128,15 @@ Stabilizer = Annotated[
         "none",
     ),
 ]
-
-
 Torso = Annotated[
     str | None, _choice("--torso", "Torso control; default: the gait's own choice.", "none", "thesis", "robust")
 ]
-
-
 Admittance = Annotated[
     bool | None,
     typer.Option(
         "--admittance/--no-admittance", help="Leg and ankle admittance; default: the gait's own choice."
     ),
 ]
-
-
 Steps = Annotated[
     int | None,
     typer.Option(
@@ -165,13 +145,9 @@ Steps = Annotated[
         metavar="N",
     ),
 ]
-
-
 Duration = Annotated[
     float | None, typer.Option("--duration", help="Seconds to walk; 0: the steps are the bound.", metavar="S")
 ]
-
-
 Velocity = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
@@ -180,8 +156,6 @@ Velocity = Annotated[
         metavar="VX VY WZ",
     ),
 ]
-
-
 Target = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
@@ -191,8 +165,6 @@ Target = Annotated[
         metavar="X Y TURN",
     ),
 ]
-
-
 Mode = Annotated[
     str | None,
     _choice(
@@ -204,11 +176,7 @@ Mode = Annotated[
         "in-process",
     ),
 ]
-
-
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed of everything random.", metavar="N")]
-
-
 Config = Annotated[
     Path | None,
     typer.Option(
@@ -217,17 +185,11 @@ Config = Annotated[
         metavar="FILE",
     ),
 ]
-
-
 Out = Annotated[
     Path | None,
     typer.Option("--out", help="Folder for recording and summary; default runs/<time>/.", metavar="DIR"),
 ]
-
-
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the run that is in the folder of --out.")]
-
-
 Cluster = Annotated[
     str,
     typer.Option(
@@ -238,30 +200,18 @@ Cluster = Annotated[
         metavar="local[:N]|inline|tcp://HOST:PORT",
     ),
 ]
-
-
 Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]
-
-
 Listen = Annotated[
     str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
 ]
-
-
 Connect = Annotated[str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")]
-
-
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
 ]
-
-
 RealtimePriority = Annotated[
     bool,
     typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time."),
 ]
-
-
 Serve = Annotated[
     bool,
     typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
@@ -282,8 +232,6 @@ Recordings = Annotated[
         callback=recordings_of,
     ),
 ]
-
-
 Recording = Annotated[
     Path,
     typer.Argument(
@@ -293,8 +241,6 @@ Recording = Annotated[
         callback=recording_of,
     ),
 ]
-
-
 Columns = Annotated[
     Path | None,
     typer.Option(
@@ -303,22 +249,14 @@ Columns = Annotated[
         metavar="FILE",
     ),
 ]
-
-
 Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.", min=0.0, metavar="S")]
-
-
 End = Annotated[
     float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")
 ]
-
-
 View = Annotated[
     bool,
     typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does."),
 ]
-
-
 Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", min=1, max=65535, metavar="PORT")]
 
 

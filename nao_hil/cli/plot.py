@@ -14,7 +14,7 @@ from bridge.validation import unknown_name
 from nao_hil.analysis.plots import PLOTS
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console
-from nao_hil.runs.folder import RECORDING
+from nao_hil.runs.folder import run_name
 
 if TYPE_CHECKING:
     from nao_hil.analysis.differences import Event
@@ -106,7 +106,7 @@ def _labelled(file: Path, robot: str | None, begin: float, end: float | None) ->
     run = load(file, robot).between(begin, math.inf if end is None else end)
     if not run["sensors"].rows:
         raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
-    return run, ", ".join(word for word in (run.title, _label(file)) if word)
+    return run, ", ".join(word for word in (run.title, run_name(file)) if word)
 
 
 def chosen(what: str) -> list[str]:
@@ -132,17 +132,12 @@ def complete(incomplete: str) -> list[str]:
     return [f"{before}{comma}{name}" for name in [*PLOTS, "all"] if name.startswith(last)]
 
 
-def _label(file: Path) -> str:
-    """Name of a run: of its folder, or of a recording with a name of its own."""
-    return file.resolve().parent.name if file.name == RECORDING else file.stem
-
-
 def _stem(files: Sequence[Path]) -> str:
     """Name of a picture without the plot's: of the file, or of the first `NAMED` runs."""
     if len(files) == 1:
         return files[0].stem
     more = len(files) - NAMED
-    return "-and-".join([*map(_label, files[:NAMED]), *([f"{more}-more"] if more > 0 else [])])
+    return "-and-".join([*map(run_name, files[:NAMED]), *([f"{more}-more"] if more > 0 else [])])
 
 
 def _make(folder: Path) -> None:

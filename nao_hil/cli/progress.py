@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
@@ -26,7 +26,6 @@ import emulator
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
-from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 
@@ -45,15 +44,10 @@ def _compiled_count() -> int:
 
 
 class WalkProgress:
-    """A table that is redrawn in a terminal, a line every few seconds elsewhere.
+    """A table that is redrawn in a terminal, a line every few seconds elsewhere."""
 
-    Args:
-        settings: of the run.
-        console: where to show it.
-    """
-
-    def __init__(self, settings: RunConfig, console: Console) -> None:
-        self._settings, self._console = settings, console
+    def __init__(self, console: Console) -> None:
+        self._console = console
         self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
         self._began: tuple[float, float] | None = None
         self._compiled = _compiled_count()
@@ -65,7 +59,7 @@ class WalkProgress:
         values = self._values(monitor)
         for notice in monitor.take_notices():
             if notice.code == CAPTION:
-                self._console.print(notice.text, style="bold", highlight=False, soft_wrap=True)
+                self._console.print(notice.text, style="bold", soft_wrap=True)
             elif not notice.routine and notice.code != WALKER_ENDED:  # `up` prints it itself
                 self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
@@ -118,11 +112,7 @@ def _table(values: dict[str, str]) -> Table:
 
 
 class CampaignProgress:
-    """Progress of a campaign's runs.
-
-    Args:
-        console: Where to show it.
-    """
+    """Progress of a campaign's runs."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -172,8 +162,7 @@ class CampaignProgress:
             self._next_line = time.monotonic() + CAMPAIGN_LINE_INTERVAL
             self._console.print(
                 f"{self._title}: {self._done} of {self._expected} {self._unit}, "
-                f"{self._least}{self._left()} left{'; last ' if words else ''}{words}",
-                highlight=False,
+                f"{self._least}{self._left()} left{'; last ' if words else ''}{words}"
             )
 
     def _left(self) -> str:
@@ -183,7 +172,7 @@ class CampaignProgress:
 
     def say(self, text: str) -> None:
         """A sentence for the person who waits."""
-        self._console.print(text, highlight=False)
+        self._console.print(text)
 
     def __enter__(self) -> CampaignProgress:
         self._bar.start()
@@ -191,6 +180,14 @@ class CampaignProgress:
 
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
+
+
+@contextmanager
+def share_shown(title: str, console: Console) -> Iterator[Callable[[float], None]]:
+    """A bar for the share that is done; gives a function that shows a share."""
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 @contextmanager
@@ -218,7 +215,6 @@ def running_campaign(
 def conclude(
     summary: dict[str, Any],
     directory: RunDirectory,
-    console: Console,
     *,
     interrupted: bool,
     target: Sequence[float] = (),
@@ -228,7 +224,6 @@ def conclude(
     Args:
         summary: Of the run, with `fell` and `resets`.
         directory: Folder of the run.
-        console: Terminal.
         interrupted: A signal ended the run.
         target: Place to walk to, m, m, rad, in the frame of its first pose; empty: none.
 
@@ -239,7 +234,7 @@ def conclude(
     summary = {"starved": ""} | summary
     summary["diagnosis"] = _diagnosis(directory, summary["resets"]) if summary["fell"] else None
     directory.write_summary(summary)
-    _show(summary, recording, console, interrupted, target)
+    _show(summary, recording, interrupted, target)
     return summary
 
 
@@ -263,9 +258,7 @@ def _fell(summary: dict[str, Any]) -> str:
     return f"The robot fell{times}{resets}{up}"
 
 
-def _show(
-    summary: dict[str, Any], recording: Path, console: Console, interrupted: bool, target: Sequence[float]
-) -> None:
+def _show(summary: dict[str, Any], recording: Path, interrupted: bool, target: Sequence[float]) -> None:
     stands = "The robot stands" if summary["stands"] else "The robot lies or sits"
     ending = _fell(summary) if summary["fell"] else "Interrupted" if interrupted else stands
     table = Table(title=ending, show_header=False)
@@ -290,7 +283,8 @@ def _show(
         median, most = 1e3 * calls["p50"], 1e3 * calls["p99"]
         table.add_row("network", f"{calls['count']} calls, {median:.2f} ms (median), {most:.2f} ms (99 %)")
     table.add_row("recording", str(recording))
+    console = open_console()
     console.print(table)
     for sentence in (summary["diagnosis"], summary["starved"]):
         if sentence:
-            console.print(sentence, highlight=False)
+            console.print(sentence)

@@ -94,5 +94,5 @@ def rosbag(
 
     body = recorded_body(recording)
     counts = write_bag(recording, out, body, describe(body), check_distro(distro))
-    open_console().print(f"{sum(counts.values())} messages are in {out}.", highlight=False)
+    open_console().print(f"{sum(counts.values())} messages are in {out}.")
     return Answer({"bag": str(out), "messages": counts})

@@ -124,14 +124,14 @@ def run_program(
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
         )
         on_signals(stop.set)
-        printed, deadline = 0, math.inf
+        deadline = math.inf
         while process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.05)
             if stop.is_set() and deadline == math.inf:
                 process.terminate()
                 deadline = time.monotonic() + FAREWELL
             if started:
-                printed = _print_reports(started[-1].stderr, printed)
+                _print_reports(started[-1])
         if process.poll() is None:
             process.kill()
         code = process.wait()
@@ -169,17 +169,11 @@ def _answers(host: str, port: int) -> bool:
     return True
 
 
-def _print_reports(log: str, printed: int) -> int:
-    """Print the texts that the robot spoke and the warnings, but for those printed before; the number of all.
-
-    Args:
-        log: of the server, perhaps with a line half written.
-        printed: number of texts and warnings.
-    """
-    reports = [found[0] for line in log.split("\n")[:-1] if (found := _REPORTED.search(line))]
-    for line in reports[printed:]:
-        print(printable(line), file=sys.stderr, flush=True)
-    return len(reports)
+def _print_reports(server: Child) -> None:
+    """Print the texts that the robot has spoken and the warnings since the last call."""
+    for line in server.new_lines():
+        if found := _REPORTED.search(line):
+            print(printable(found[0]), file=sys.stderr, flush=True)
 
 
 def _await(ready: Callable[[], bool], children: list[Child]) -> None:

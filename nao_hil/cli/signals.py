@@ -42,10 +42,15 @@ def on_signals(stop: Callable[[], None]) -> None:
         threading.Thread(target=_interrupt_at_end_of_stdin, name="supervised", daemon=True).start()
 
 
-def stop_event() -> threading.Event:
-    """An event that the first Ctrl-C or SIGTERM sets, as in `on_signals`."""
+def stop_event(wake: Callable[[], object] = lambda: None) -> threading.Event:
+    """An event that the first Ctrl-C or SIGTERM sets, as in `on_signals`; then `wake` is called."""
     stop = threading.Event()
-    on_signals(stop.set)
+
+    def end() -> None:
+        stop.set()
+        wake()
+
+    on_signals(end)
     return stop
 
 

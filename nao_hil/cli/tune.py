@@ -70,7 +70,7 @@ def tune(
         raise ConfigurationError(f"`tune` needs {error.name}; install nao-hil[campaign].") from None
     dimensions: dict[str, Range] = read_space(ranges or [], space)
     console = open_console()
-    base = chosen_engine(run_config(config, gait=gait, engine=engine), console)
+    base = chosen_engine(run_config(config, gait=gait, engine=engine))
     ensemble = Ensemble(
         base=base,
         robots=tuple(robot or [base.robot]),
@@ -157,10 +157,7 @@ def _show(console: Console, data: dict[str, Any], parameters: Path) -> None:
     for which in ("shipped", "before", "after"):
         robots = data["unseen"][which]
         console.print(
-            f"{which:7} {robots['survived']} of {robots['n']} walk on, mean score {robots['score']:.3f}",
-            highlight=False,
+            f"{which:7} {robots['survived']} of {robots['n']} walk on, mean score {robots['score']:.3f}"
         )
-    console.print(
-        f"{data['walks']} walks, {100 * data['share']:.0f} % of those without pruning.", highlight=False
-    )
-    console.print(f"parameters: {parameters}", highlight=False, soft_wrap=True)
+    console.print(f"{data['walks']} walks, {100 * data['share']:.0f} % of those without pruning.")
+    console.print(f"parameters: {parameters}", soft_wrap=True)

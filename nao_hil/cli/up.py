@@ -56,7 +56,7 @@ def up(
         from emulator.scenarios import load_scenario
         from nao_hil.runs.build import clipped_velocity
 
-        settings = chosen_engine(settings, open_console())
+        settings = chosen_engine(settings)
     lies = (settings.start or load_scenario(settings.scenario).start.pose).startswith("lie-")
     if recover is None:
         recover = serve or settings.recover or lies
@@ -64,7 +64,7 @@ def up(
         raise ConfigurationError(f"{settings.robot} has no motion to get up; --no-recover lets it lie.")
     settings = msgspec.structs.replace(settings, recover=recover)
     if clipped := clipped_velocity(settings):
-        open_console().print(clipped, highlight=False)
+        open_console().print(clipped)
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
     linked = settings.mode != "in-process"
@@ -136,15 +136,15 @@ def both_sides(
     page = LivePage(name, listen, port, directory.path) if port is not None else None
     run, first = 1, directory.path
     while True:
-        sides = Sides(settings, directory, name, listen, serve=serve)
+        sides = Sides(directory, name, listen, serve=serve)
         again: tuple[RunConfig, RunDirectory] | None = None
         try:
-            with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
+            with Monitor(name, listen) as monitor, WalkProgress(console) as progress:
                 while not stop.is_set() and sides.running and not (demo and demo.done) and again is None:
                     stop.wait(0.2)
                     progress.show(monitor)
                     if sentence := sides.restart_walker(monitor.sensors):
-                        console.print(sentence, highlight=False)
+                        console.print(sentence)
                     if page is not None:
                         page.report(console)
                         folder = directory.path.parent / f"{first.name}-{run + 1}"
@@ -170,11 +170,9 @@ def both_sides(
 
 def _print_next(console: Console, recording: Path, serve: bool) -> None:
     """Print commands that follow a run on the page."""
-    console.print(
-        f"look at it again: {own_command()} view --replay {recording}", highlight=False, soft_wrap=True
-    )
+    console.print(f"look at it again: {own_command()} view --replay {recording}", soft_wrap=True)
     if not serve:
-        console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
+        console.print(f"walk it, push it: {own_command()} up --serve --view")
 
 
 def _asked(page: LivePage, settings: RunConfig, folder: Path) -> tuple[RunConfig, RunDirectory] | None:
@@ -188,7 +186,7 @@ def _asked(page: LivePage, settings: RunConfig, folder: Path) -> tuple[RunConfig
             raise ConfigurationError("mode in-process has no link")
         return again, new_folder(again, folder, overwrite=True)
     except NaoHilError as error:
-        open_console().print(f"the page's run cannot begin: {error}", highlight=False)
+        open_console().print(f"the page's run cannot begin: {error}")
         return None
 
 
@@ -204,7 +202,7 @@ def _in_process(settings: RunConfig, directory: RunDirectory) -> Answer:
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()
     data = msgspec.to_builtins(summary) | {"config": msgspec.to_builtins(settings)}
-    data = conclude(data, directory, console, interrupted=interrupted, target=settings.target)
+    data = conclude(data, directory, interrupted=interrupted, target=settings.target)
     return _judged(data, interrupted)
 
 
@@ -216,7 +214,6 @@ def _conclude(
     interrupted: bool,
 ) -> Answer:
     """Summary, JSON and exit code of a run; without a walker: given up, which is reported already."""
-    console = open_console()
     if interrupted and (robot.result is None or (walker is not None and walker.result is None)):
         return Answer(None, code=130)  # before both sides had begun
     failed = [
@@ -230,7 +227,7 @@ def _conclude(
     assert robot.result is not None
     inference = walker.result["inference"] if walker is not None and walker.result else None
     summary = robot.result | {"walker": walker.result if walker is not None else None, "inference": inference}
-    summary = conclude(summary, directory, console, interrupted=interrupted, target=settings.target)
+    summary = conclude(summary, directory, interrupted=interrupted, target=settings.target)
     if walker is None:
         return Answer(summary, code=3)
     return _judged(summary, interrupted, fell=walker.code == 1)
@@ -274,7 +271,7 @@ def demo(
     Example: nao-hil demo --seed 3
     """
     settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
-    settings = chosen_engine(settings, open_console())
+    settings = chosen_engine(settings)
     # a robot that is there already would be commanded by the demo
     directory = new_folder(settings, out, listen, overwrite=overwrite)
     with Demo(DEFAULT_ROBOT, listen) as play:
@@ -289,7 +286,6 @@ def demo(
         )
     open_console().print(
         f"walk it, push it: {own_command()} up --serve --view --robot {ROBOT} --gait {GAIT}\n"
-        f"the thesis' experiments: {own_command()} experiment all --out DIR",
-        highlight=False,
+        f"the thesis' experiments: {own_command()} experiment all --out DIR"
     )
     return answer

@@ -61,12 +61,11 @@ def view(
     shown = _recorded(replay, name) if replay else page(f"nao-hil: {name}")
     server = PageServer(host, port, door.access, door.tls)
     server.show(*shown)
-    console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
+    console.print(f"{READY} {door.address(host, port)}", soft_wrap=True)
     if door.fingerprint:
         console.print(
             "Its certificate signs itself: the browser warns, and shows this SHA-256 fingerprint:\n"
             f"{door.fingerprint}",
-            highlight=False,
             soft_wrap=True,
         )
     if replay:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import logging
 import math
 import sys
-import threading
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Final
 
 import msgspec
@@ -19,7 +17,7 @@ from bridge.messages.walk import WALK_COMMAND
 from bridge.realtime import CONTROLLER_PRIORITY
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, log_to_stderr
-from nao_hil.cli.signals import loading, on_signals
+from nao_hil.cli.signals import loading, stop_event
 from nao_hil.runs.config import RunConfig, run_config
 
 if TYPE_CHECKING:
@@ -93,7 +91,8 @@ def walk(
         if service is not None:
             link.serve(WALK_COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
-        process = WalkerProcess(link, make, body, _end_on_signals(link), priority, service)
+        stop = stop_event(link.wake)
+        process = WalkerProcess(link, make, body, stop.is_set, priority, service)
         error: NaoHilError | None = None
         try:
             process.run()
@@ -120,18 +119,6 @@ def _answer(result: WalkResult, settings: RunConfig, serve: bool, error: NaoHilE
         worse = worse or WalkFailed(f"The walk ended: {result.failure}. The robot stands.")
     code = 1 if result.fell else 0 if result.done or serve else 130
     return Answer(data, "" if serve else in_words(result), code, worse)
-
-
-def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
-    """Whether a signal has asked for the end, which also wakes the link."""
-    stop = threading.Event()
-
-    def end() -> None:
-        stop.set()
-        link.wake()
-
-    on_signals(end)
-    return stop.is_set
 
 
 def in_words(result: WalkResult) -> str:

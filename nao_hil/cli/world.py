@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Annotated, cast, get_args
+from typing import Annotated, Any, Literal, cast, get_args
 
 import typer
 
@@ -110,7 +110,7 @@ def red_ball(
 
     Example: nao-hil world red-ball 0.5 0.1
     """
-    return _put("ball", ball_name, (x, y), height, None, size, floor, name, connect)
+    return _send(_thing("ball", ball_name, x, y, floor, height=height, size=size), name, connect)
 
 
 def landmark(
@@ -128,7 +128,8 @@ def landmark(
 
     Example: nao-hil world landmark 80 1.0 0.2
     """
-    return _put("landmark", str(number), (x, y), height, yaw, size, floor, name, connect)
+    thing = _thing("landmark", str(number), x, y, floor, yaw=yaw, height=height, size=size)
+    return _send(thing, name, connect)
 
 
 def face(
@@ -146,7 +147,7 @@ def face(
 
     Example: nao-hil world face Anna 1.0 -0.2 --height 0.6
     """
-    return _put("face", person, (x, y), height, yaw, size, floor, name, connect)
+    return _send(_thing("face", person, x, y, floor, yaw=yaw, height=height, size=size), name, connect)
 
 
 def remove(
@@ -214,28 +215,13 @@ def show(
     return Answer({"objects": reply.objects, "things": reply.things}, "\n".join(lines))
 
 
-def _put(
-    kind: ThingKind,
-    called: str,
-    at: tuple[float, float],
-    height: float | None,
-    yaw: float | None,
-    size: float | None,
-    floor: bool,
-    name: str,
-    connect: str,
-) -> Answer:
+def _thing(
+    kind: ThingKind, called: str, x: float, y: float, floor: bool, *, yaw: float | None = None, **more: Any
+) -> PlaceThing:
+    """A thing for the cameras; `yaw` in degrees."""
     angle = None if yaw is None else math.radians(yaw)
-    command = PlaceThing(
-        name=called,
-        kind=kind,
-        at=at,
-        height=height,
-        yaw=angle,
-        size=size,
-        frame="floor" if floor else "robot",
-    )
-    return _send(command, name, connect)
+    frame: Literal["floor", "robot"] = "floor" if floor else "robot"
+    return PlaceThing(name=called, kind=kind, at=(x, y), yaw=angle, frame=frame, **more)
 
 
 def _send(command: WorldCommand, name: str, connect: str) -> Answer:

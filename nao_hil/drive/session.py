@@ -36,9 +36,6 @@ LEARNED_SPEED: Final = 0.1
 class Session:
     """Drives a walker by keys and a stick.
 
-    Args:
-        walker: The walker to drive.
-
     Raises:
         LinkError: no walker there takes commands.
         WalkRefused: the walker has no robot.

@@ -22,6 +22,7 @@ from walker.parameters import controller_parameters
 from walker.switches import differing
 
 Result = TypeVar("Result")
+Key = TypeVar("Key")
 
 BLOCK: Final = 5
 """Seeds that `Context.run_until_certain` walks between two looks."""
@@ -36,19 +37,37 @@ def seed_words(seeds: Sequence[int]) -> str:
 
 
 class Task(NamedTuple):
-    """Walks that are made in several conditions; fields as the arguments of `Context.walks`."""
+    """Walks that are made in several conditions."""
 
     gait: str
     duration: float
     """Duration of a walk, s."""
     changes: Mapping[str, Any] = NO_CHANGE
+    """Values by quantity (`nao_hil.campaigns.quantities`), such as `controller.switches.torso`."""
     by_seed: Callable[[Walk], Mapping[str, Any]] = lambda _: NO_CHANGE
+    """Further fields of a `Walk`, drawn from its seed."""
     fields: Mapping[str, Any] = NO_CHANGE
+    """More of `Walk`."""
 
     def walks(self, context: Context, name: str, changes: Mapping[str, Any] = NO_CHANGE) -> list[Walk]:
-        """The walks of a condition: of its name, with its changes."""
-        all_changes = {**self.changes, **changes}
-        return context.walks(name, self.gait, self.duration, all_changes, by_seed=self.by_seed, **self.fields)
+        """The walks of a condition, one per seed.
+
+        Args:
+            context: Robot and seeds.
+            name: Of the condition.
+            changes: Of the condition, besides those of the task.
+
+        Raises:
+            ConfigurationError: an unknown quantity or an impossible value.
+        """
+        base = Walk(name=name, config=context.config(self.gait), duration=self.duration, **self.fields)
+        base = changed_all(base, {**self.changes, **changes})
+        walks = []
+        for seed in context.seeds:
+            config = msgspec.structs.replace(base.config, seed=seed, wear=wear_of_seed(base.config.wear, seed))
+            walk = msgspec.structs.replace(base, config=config)
+            walks.append(msgspec.structs.replace(walk, **self.by_seed(walk)))
+        return walks
 
     def each(
         self, name: str, conditions: Mapping[str, Mapping[str, Any]]
@@ -120,40 +139,6 @@ class Context:
             controller=self.changes.controller if same else {},
         )
 
-    def walks(
-        self,
-        name: str,
-        gait: str,
-        duration: float,
-        changes: Mapping[str, Any] = NO_CHANGE,
-        *,
-        by_seed: Callable[[Walk], Mapping[str, Any]] = lambda _: NO_CHANGE,
-        **fields: Any,
-    ) -> list[Walk]:
-        """The walks of a condition, one per seed.
-
-        Args:
-            name: Of the condition.
-            gait: Name.
-            duration: Of the walk, s.
-            changes: Values by quantity, as in campaigns (`nao_hil.campaigns.quantities`), such as
-                `controller.switches.torso`.
-            by_seed: Further fields of a `Walk`, drawn from its seed.
-            fields: More of `Walk`.
-
-        Raises:
-            ConfigurationError: an unknown quantity or an impossible value.
-        """
-        base = Walk(name=name, config=self.config(gait), duration=duration, **fields)
-        base = changed_all(base, changes)
-        walks = []
-        for seed in self.seeds:
-            wear = wear_of_seed(base.config.wear, seed)
-            config = msgspec.structs.replace(base.config, seed=seed, wear=wear)
-            walk = msgspec.structs.replace(base, config=config)
-            walks.append(msgspec.structs.replace(walk, **by_seed(walk)))
-        return walks
-
     def map(
         self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any], *, whole: bool = False
     ) -> list[Any]:
@@ -189,29 +174,35 @@ class Context:
             by_name.setdefault(outcome.walk.name, []).append(outcome)
         return by_name
 
-    def run(self, *conditions: Sequence[Walk]) -> list[list[WalkOutcome]]:
+    def run(self, conditions: Mapping[Key, Sequence[Walk]]) -> dict[Key, list[WalkOutcome]]:
         """Walk several conditions in one go, seed by seed, so that a stop leaves about as many of each.
 
         Each condition differs in one switch at most from the one before it, or in the gait with all that is the
         gait's own: so one difference explains the results.
+
+        Args:
+            conditions: Walks by a key of the condition.
 
         Raises:
             Interrupted: stopped before each condition had a run.
             ValueError: two neighbouring conditions differ in more than that.
             NaoHilError: a configuration that cannot be walked, or a run that failed.
         """
-        for one, other in pairwise(conditions):
+        for one, other in pairwise(conditions.values()):
             _check_one_difference(one[0], other[0])
-        mixed = [walk for of_seed in zip_longest(*conditions) for walk in of_seed if walk]
+        mixed = [walk for of_seed in zip_longest(*conditions.values()) for walk in of_seed if walk]
         done = {(result.walk.name, result.seed): result for result in self.campaign.walk(mixed)}
-        results = [
-            [done[k] for w in condition if (k := (w.name, w.config.seed)) in done] for condition in conditions
-        ]
-        if not all(results):
+        results = {
+            key: [done[k] for w in walks if (k := (w.name, w.config.seed)) in done]
+            for key, walks in conditions.items()
+        }
+        if not all(results.values()):
             raise Interrupted
         return results
 
-    def run_until_certain(self, share: float, *conditions: Sequence[Walk]) -> list[list[WalkOutcome]]:
+    def run_until_certain(
+        self, share: float, conditions: Mapping[Key, Sequence[Walk]]
+    ) -> dict[Key, list[WalkOutcome]]:
         """As `run`, a block of seeds at a time; a condition ends when further seeds cannot change its verdict.
 
         The verdict is whether the lower bound of Wilson's interval of the share that stands, with all seeds
@@ -223,16 +214,18 @@ class Context:
             conditions: As in `run`, all with the same seeds.
         """
         if wilson(len(self.seeds), len(self.seeds))[0] < share:
-            return self.run(*conditions)
-        results: list[list[WalkOutcome]] = [[] for _ in conditions]
+            return self.run(conditions)
+        results: dict[Key, list[WalkOutcome]] = {key: [] for key in conditions}
         for begin in range(0, len(self.seeds), BLOCK):
-            open_ = [k for k, found in enumerate(results) if not _certain(found, len(self.seeds), share)]
+            open_ = {
+                key: walks[begin : begin + BLOCK]
+                for key, walks in conditions.items()
+                if not _certain(results[key], len(self.seeds), share)
+            }
             if not open_:
                 break
-            for k, found in zip(
-                open_, self.run(*(conditions[k][begin : begin + BLOCK] for k in open_)), strict=True
-            ):
-                results[k] += found
+            for key, found in self.run(open_).items():
+                results[key] += found
         return results
 
 

@@ -17,7 +17,7 @@ from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Experiment
 from nao_hil.experiments.get_up import WITHIN, dropped_courses
 from nao_hil.experiments.servo_bench import Drive, measure_drives
-from nao_hil.experiments.torso_responses import Responses, fit_plant, read_shape, run_task
+from nao_hil.experiments.torso_responses import Responses, fit_plant, read_shape, run_once
 from nao_hil.experiments.torso_step import AMPLITUDE, response_time, torso_step_tasks
 
 DIFFERENCES: Final = (
@@ -161,8 +161,8 @@ def torso_rows(context: Context) -> list[Row]:
     """Natural frequency and peak of the torso step, each seed fitted by itself."""
     body, frequency, peak = context.body, [], []
     for engine in ENGINES:
-        tasks = torso_step_tasks(context.seeds, body, context.wear, AMPLITUDE, engine)
-        runs: list[Responses | None] = context.map("torso-step", run_task, tasks, whole=True)
+        tasks = torso_step_tasks(context.on(engine=engine), AMPLITUDE)
+        runs: list[Responses | None] = context.map("torso-step", run_once, tasks, whole=True)
         figures = {
             task.seed: run.fused.mean(axis=0) for task, run in zip(tasks, runs, strict=True) if run is not None
         }
@@ -201,9 +201,8 @@ def drive_rows(context: Context) -> list[Row]:
 def walk_rows(context: Context, compared: ComparedWalk) -> list[Row]:
     """Who walks on, and the speed of those that do so on both engines."""
     task = compared.task._replace(fields={"keep_track": False})
-    results = context.run(
-        *(task.walks(context.on(engine=e), f"{compared.name}, {e}", compared.changes) for e in ENGINES)
-    )
+    walks = {e: task.walks(context.on(engine=e), f"{compared.name}, {e}", compared.changes) for e in ENGINES}
+    results = context.run(walks).values()
     pybullet, mujoco = ([result.end.survived for result in of] for of in results)
     rows = [count_row(f"{compared.name}: walk on", pybullet, mujoco)]
     if compared.speed:

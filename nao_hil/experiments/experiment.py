@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
-from typing import Any, Final, Generic, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Final, Generic, TypeAlias, TypeVar
 
 import msgspec
 from matplotlib.figure import Figure
@@ -39,24 +38,6 @@ class Measured(Generic[Results]):
     def body(self) -> Body:
         """Data sheet of the robot."""
         return self.context.body
-
-
-class Bound(NamedTuple):
-    """A claim that a figure lies within bounds."""
-
-    text: str
-    figure: str
-    """Key in the figures; fields after dots."""
-    low: float = -math.inf
-    high: float = math.inf
-    words: str = "{:.3g}"
-    """Format of a figure without an interval."""
-
-    def judged(self, figures: Mapping[str, Any]) -> Claim:
-        """The claim with its verdict."""
-        key, _, fields = self.figure.partition(".")
-        value = attrgetter(fields)(figures[key]) if fields else figures[key]
-        return bounded(self.text, value, self.low, self.high, self.words)
 
 
 def bounded(
@@ -110,7 +91,7 @@ class Experiment(Generic[Results]):
     quantities: Callable[[Measured[Results]], dict[str, Any]]
     """Figures by their key in the JSON: pure functions of the results."""
     setup: Rows | Callable[[Measured[Results]], Rows] = ()
-    claims: Sequence[Bound] | Callable[[Measured[Results]], Iterable[Claim]] = ()
+    claims: Callable[[Measured[Results]], Iterable[Claim]] = lambda _: ()
     """All of them decide."""
     tables: Callable[[Measured[Results]], Iterable[ReportTable]] = lambda _: ()
     pictures: Sequence[Drawing] = ()
@@ -136,17 +117,12 @@ class Experiment(Generic[Results]):
         measured = Measured(context, self.measure(context), {})
         measured.figures.update(self.quantities(measured))
         setup = self.setup(measured) if callable(self.setup) else self.setup
-        claims = (
-            self.claims(measured)
-            if callable(self.claims)
-            else [bound.judged(measured.figures) for bound in self.claims]
-        )
         page = ReportPage(
             name=name,
             title=self.title(measured) if callable(self.title) else self.title,
             source=self.source,
             setup=(*setup, *(_robot_rows(context) if self.robot else ())),
-            claims=tuple(claims),
+            claims=tuple(self.claims(measured)),
             pictures=tuple(drawing.drawn(measured) for drawing in self.pictures),
             tables=(*self.tables(measured), *_figures_table(measured.figures)),
             findings=tuple(text for text in self.findings(measured) if text),
@@ -172,8 +148,7 @@ def comparison(
 
     def measure(context: Context) -> Comparison:
         """Walk all conditions."""
-        walks = conditions(context)
-        return Comparison(dict(zip(walks, context.run(*walks.values()), strict=True)))
+        return Comparison(context.run(conditions(context)))
 
     def figures(measured: Measured[Comparison]) -> dict[str, Any]:
         """Figures of the conditions, of their pairs, and the experiment's own."""

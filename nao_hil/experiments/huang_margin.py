@@ -33,7 +33,7 @@ from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.runs.ground import known_ground
 from nao_hil.runs.run import Table
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import WalkOutcome
 from walker.gaits import gait_parameters
 from walker.gaits.huang import HuangParameters
 from walker.gaits.huang.hip import Choice
@@ -72,10 +72,6 @@ class ZmpMatch(msgspec.Struct, frozen=True, kw_only=True):
 
 def in_stance_sole(track: Table, body: Body) -> tuple[Array, Array, Array]:
     """Planned and true ZMP in the frame of the stance sole in single support, y outwards.
-
-    Args:
-        track: Of the walk.
-        body: Of the robot.
 
     Returns:
         Rows of the track, shape (n,); plan and truth, each (n, 2), m.
@@ -160,53 +156,24 @@ class HuangWalks(NamedTuple):
     compared: Comparison
 
 
-def huang_margin(duration: float = DURATION, step_duration: float = STEP_DURATION) -> Experiment[HuangWalks]:
-    """The experiment, with the lengths of its walks, s."""
-
-    def measure(context: Context) -> HuangWalks:
-        """Search the motion, and walk it and a badly chosen one."""
-        cycle = Cycle(_parameters(context), context.body, ARMS)
-        optimum = search(cycle)
-        bound = 0.5 * _parameters(context).D_s
-        bad = optimum.choice._replace(x_sd=BAD[0] * bound, x_ed=BAD[1] * bound)
-        searched, badly_chosen, planned, unknown = conditions(context, optimum.choice, bad)
-        walks = {
-            **dict(zip(("searched", "badly chosen"), context.run(searched, badly_chosen), strict=True)),
-            **dict(zip((PLANNED, UNKNOWN), context.run(planned, unknown), strict=True)),
-        }
-        return HuangWalks((optimum.choice, bad), (optimum.margin, cycle.margin(bad)), Comparison(walks))
-
-    def conditions(context: Context, searched: Choice, bad: Choice) -> list[list[Walk]]:
-        """Walks of both motions on the floor, and of the searched one over a known and an unknown step."""
-        scenario = load_scenario(SCENARIO)
-        ground = msgspec.to_builtins(known_ground(scenario, context.body))
-        flat, over_step = Task("huang", duration), Task("huang", step_duration, fields={"scenario": scenario})
-        return [
-            flat.walks(context, "huang, searched", _motion(searched)),
-            flat.walks(context, "huang, badly chosen", _motion(bad)),
-            over_step.walks(context, "huang, step, planned", _motion(searched) | {"parameters.ground": ground}),
-            over_step.walks(context, "huang, step, unknown", _motion(searched) | {"parameters.ground": {}}),
-        ]
-
-    return Experiment(
-        title="The searched hip motion of Huang's gait against a badly chosen one",
-        source="Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
-        setup=lambda measured: _setup(measured, duration),
-        measure=measure,
-        quantities=_quantities,
-        claims=lambda measured: _claims(measured.figures, duration),
-        pictures=(
-            Drawing(
-                "huang-margin-zmp.png",
-                _draw,
-                "ZMP, planned and true, in the frame of the stance sole",
-                "Single supports of seed {seed}; the outline is the sole's.",
-                (10.0, 5.0),
-            ),
-        ),
-        tables=lambda measured: [conditions_table(measured.results.compared.conditions)],
-        findings=_findings,
-    )
+def _measure(context: Context) -> HuangWalks:
+    """Search the motion; walk it and a badly chosen one, and the searched one over a step."""
+    cycle = Cycle(_parameters(context), context.body, ARMS)
+    optimum, bound = search(cycle), 0.5 * _parameters(context).D_s
+    bad = optimum.choice._replace(x_sd=BAD[0] * bound, x_ed=BAD[1] * bound)
+    searched, scenario = _motion(optimum.choice), load_scenario(SCENARIO)
+    ground = msgspec.to_builtins(known_ground(scenario, context.body))
+    flat, over_step = Task("huang", DURATION), Task("huang", STEP_DURATION, fields={"scenario": scenario})
+    motions = {
+        "searched": flat.walks(context, "huang, searched", searched),
+        "badly chosen": flat.walks(context, "huang, badly chosen", _motion(bad)),
+    }
+    steps = {
+        PLANNED: over_step.walks(context, "huang, step, planned", searched | {"parameters.ground": ground}),
+        UNKNOWN: over_step.walks(context, "huang, step, unknown", searched | {"parameters.ground": {}}),
+    }
+    compared = Comparison(context.run(motions) | context.run(steps))
+    return HuangWalks((optimum.choice, bad), (optimum.margin, cycle.margin(bad)), compared)
 
 
 def _parameters(context: Context) -> HuangParameters:
@@ -219,10 +186,10 @@ def _motion(choice: Choice) -> dict[str, Any]:
     return {f"parameters.{name}": value for name, value in choice._asdict().items()}
 
 
-def _setup(measured: Measured[HuangWalks], duration: float) -> list[tuple[str, str]]:
+def _setup(measured: Measured[HuangWalks]) -> list[tuple[str, str]]:
     p, (choices, margins, _) = _parameters(measured.context), measured.results
     return [
-        ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {duration:g} s"),
+        ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {DURATION:g} s"),
         *(
             (name, f"x_sd = {1e3 * c.x_sd:.1f} mm, x_ed = {1e3 * c.x_ed:.1f} mm, margin {1e3 * margin:.1f} mm")
             for name, c, margin in zip(("searched", "badly chosen"), choices, margins, strict=True)
@@ -246,12 +213,12 @@ def _quantities(measured: Measured[HuangWalks]) -> dict[str, Any]:
     }
 
 
-def _claims(found: dict[str, Any], duration: float) -> list[Claim]:
+def _claims(found: dict[str, Any]) -> list[Claim]:
     best, worse = found["with"], found["without"]
     outside, outside_bad = found["zmp"].outside, found["zmp_bad"].outside
     leans = worse.tilt_max_deg[0] > best.tilt_max_deg[0]
     return [
-        bounded(f"with the searched motion {100 * SHARE:.0f} % walk on for {duration:g} s", best, SHARE),
+        bounded(f"with the searched motion {100 * SHARE:.0f} % walk on for {DURATION:g} s", best, SHARE),
         bounded(f"at {SPEED} m/s or more over ground", best.speed, SPEED, words="{:.3f} m/s"),
         Claim(
             "the search pays: the badly chosen motion falls more often, leans more, or leaves the sole more",
@@ -285,4 +252,22 @@ def _draw(figure: Figure, measured: Measured[HuangWalks]) -> None:
     figure.axes[0].set_ylabel("y from the ankle, outwards, mm")
 
 
-HUANG_MARGIN: Final = huang_margin()
+HUANG_MARGIN: Final = Experiment(
+    title="The searched hip motion of Huang's gait against a badly chosen one",
+    source="Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
+    setup=_setup,
+    measure=_measure,
+    quantities=_quantities,
+    claims=lambda measured: _claims(measured.figures),
+    pictures=(
+        Drawing(
+            "huang-margin-zmp.png",
+            _draw,
+            "ZMP, planned and true, in the frame of the stance sole",
+            "Single supports of seed {seed}; the outline is the sole's.",
+            (10.0, 5.0),
+        ),
+    ),
+    tables=lambda measured: [conditions_table(measured.results.compared.conditions)],
+    findings=_findings,
+)

@@ -31,7 +31,7 @@ from nao_hil.experiments.conditions import (
     median_over,
     soles_in_world,
 )
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded, comparison
 from nao_hil.runs.run import Array, Table
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -122,14 +122,11 @@ def obstacle(duration: float = DURATION, time: float = TIME) -> Experiment[Compa
 
     def conditions(context: Context) -> dict[str, list[Walk]]:
         """Walks with and without the leg admittance, on the board and on the bare floor."""
-        laid = {"board": functools.partial(board, time=time)}
+        bare = Task("static", duration)
+        tasks = {"board": bare._replace(by_seed=functools.partial(board, time=time)), "bare floor": bare}
         return {
-            title: context.walks(
-                f"obstacle, {title}",
-                "static",
-                duration,
-                SWITCHES[title.partition(", ")[0]],
-                by_seed=laid.get(title.partition(", ")[2], lambda _: {}),
+            title: tasks[title.partition(", ")[2]].walks(
+                context, f"obstacle, {title}", SWITCHES[title.partition(", ")[0]]
             )
             for title in titles
         }

@@ -28,10 +28,10 @@ from nao_hil.experiments.conditions import (
     median_over,
     soles_in_world,
 )
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Task
 from nao_hil.experiments.experiment import Drawing, Measured, comparison
 from nao_hil.runs.run import Table
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import WalkOutcome
 from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
 from walker.switches import NAMED
 
@@ -76,8 +76,8 @@ def plan(gait: Gait[Any], seconds: float, dt: float = 0.01) -> list[Plan]:
     return [plan for plan, _ in walk]
 
 
-def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> dict[str, float]:
-    """T_DSP, T_SSP (s), l_lift and l_GH (m) as a reader of figure 3.4 finds them."""
+def design_values(references: Sequence[Plan], body: Body) -> dict[str, float]:
+    """T_DSP, T_SSP (s), l_lift and l_GH (m) as a reader of figure 3.4 finds them, of a plan each 10 ms."""
     phases = [r.phase for r in references]
     lengths: dict[str, list[int]] = {"DSP": [], "SSP": []}
     begin = 0
@@ -87,8 +87,8 @@ def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> d
             begin = k
     # the first phase begins within its first cycle
     return {
-        "T_DSP": dt * float(np.median(lengths["DSP"][1:])),
-        "T_SSP": dt * float(np.median(lengths["SSP"])),
+        "T_DSP": 0.01 * float(np.median(lengths["DSP"][1:])),
+        "T_SSP": 0.01 * float(np.median(lengths["SSP"])),
         "l_lift": max(r.right.z for r in references),
         "l_GH": references[0].hip_height - body.lengths.FootHeight,
     }
@@ -256,17 +256,16 @@ def _draw_path(figure: Figure, measured: Measured[Comparison]) -> None:
     axes.finish(panel, "x_W^CoG / m", "y_W^CoG / m")
 
 
-def _static_conditions(context: Context) -> dict[str, list[Walk]]:
-    bare = {"controller.switches": msgspec.to_builtins(NAMED["none"])}
-    return {"no controllers": context.walks("static-walk", "static", STATIC, bare)}
-
-
 STATIC_WALK: Final = comparison(
     most_seeds=RUNS,
     title="R7: the statically stable gait",
     source="Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
     setup=(("gait", "static, no controllers"), ("length", f"{STATIC:g} s")),
-    conditions=_static_conditions,
+    conditions=lambda context: {
+        "no controllers": Task("static", STATIC).walks(
+            context, "static-walk", {"controller.switches": msgspec.to_builtins(NAMED["none"])}
+        )
+    },
     quantities=_static_quantities,
     claims=lambda measured: _claims(
         ASKED, measured.figures, "The robot walks it on flat ground", measured.figures["walked"]
@@ -289,7 +288,9 @@ DYNAMIC_WALK: Final = comparison(
     source="Thesis 3.3.2, figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 m; a mean "
     "speed of 0.15 m/s, start-up included.",
     setup=(("gait", "dynamic, with its own controllers"), ("length", f"{DYNAMIC:g} s")),
-    conditions=lambda context: {"with its controllers": context.walks("dynamic-walk", "dynamic", DYNAMIC)},
+    conditions=lambda context: {
+        "with its controllers": Task("dynamic", DYNAMIC).walks(context, "dynamic-walk")
+    },
     quantities=_dynamic_quantities,
     claims=lambda measured: _claims(
         EXPECTED,

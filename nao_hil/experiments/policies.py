@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.errors import ConfigurationError
 from emulator.scenarios import Scenario
 from emulator.scenarios.events import PushEvent
 from emulator.scenarios.ground import ScenarioFloor, Tiles
-from nao_hil.analysis.report.render import Claim, Column, ReportTable, table
-from nao_hil.analysis.statistics import Paired, percent
-from nao_hil.experiments.conditions import condition, pairs
 from nao_hil.experiments.context import Context, Task
-from nao_hil.experiments.experiment import Experiment, Measured, bounded
-from nao_hil.experiments.terrain import STANDS
-from nao_hil.runs.walk import WalkOutcome
+from nao_hil.experiments.experiment import Experiment, Measured
+from nao_hil.experiments.gait_against_gait import CourseWalks, course_table, stand_claims, walk_courses
 from walker.gaits import gait_parameters
 
 DEFAULT: Final = ("omni", "dynamic", "onnx:imitation")
@@ -48,19 +41,6 @@ TITLES: Final = {
 }
 
 
-@dataclass(frozen=True)
-class PolicyWalks:
-    """Walks of all courses."""
-
-    walks: Mapping[str, Mapping[str, list[WalkOutcome]]]
-    """By course and gait."""
-
-    def pairs(self, course: str, gait: str) -> Paired:
-        """The first gait and another one on a course, seed by seed."""
-        first, by_gait = next(iter(self.walks[course].values())), self.walks[course]
-        return pairs(first, by_gait[gait])
-
-
 def _gaits(context: Context) -> tuple[str, ...]:
     """Those given, separated by commas.
 
@@ -73,8 +53,8 @@ def _gaits(context: Context) -> tuple[str, ...]:
     return given
 
 
-def _courses(context: Context) -> dict[str, dict[str, Any]]:
-    """Changes and fields of the walks of each course."""
+def _tasks(context: Context, gait: str) -> dict[str, Task]:
+    """Walks of a gait on each course."""
     from emulator.wear import load_wear
 
     seconds = context.duration or DURATION
@@ -88,64 +68,31 @@ def _courses(context: Context) -> dict[str, dict[str, Any]]:
         "push aside": Scenario(pushes=(PushEvent(time=PUSH_AT, impulse=PUSH, direction=90.0),)),
     }
     changes: dict[str, dict[str, Any]] = {"worn": {"wear": "worn"}, "delay": {"wear.servo.delay": delay}}
+    steered = gait_parameters(gait).limits is not None
+    velocity: dict[str, Any] = {"velocity": (SPEED, 0.0, 0.0)} if steered else {}
     return {
-        course: {
-            "changes": changes.get(course, {}),
-            "fields": {"keep_track": False} | ({"scenario": worlds[course]} if course in worlds else {}),
-        }
+        course: Task(
+            gait,
+            seconds,
+            velocity | changes.get(course, {}),
+            fields={"keep_track": False} | ({"scenario": worlds[course]} if course in worlds else {}),
+        )
         for course in TITLES
     }
 
 
-def _measure(context: Context) -> PolicyWalks:
-    gaits, seconds = _gaits(context), context.duration or DURATION
-    names, conditions = [], []
-    for course, parts in _courses(context).items():
-        for gait in gaits:
-            steered = gait_parameters(gait).limits is not None
-            velocity = {"velocity": (SPEED, 0.0, 0.0)} if steered else {}
-            task = Task(gait, seconds, velocity | parts["changes"], fields=parts["fields"])
-            names.append((course, gait))
-            conditions.append(task.walks(context, f"policies, {course}, {gait}"))
-    found = dict(zip(names, context.run(*conditions), strict=True))
-    return PolicyWalks({course: {gait: found[course, gait] for gait in gaits} for course in TITLES})
+def _measure(context: Context) -> CourseWalks:
+    tasks = {gait: _tasks(context, gait) for gait in _gaits(context)}
+    by_course = {course: {gait: of[course] for gait, of in tasks.items()} for course in TITLES}
+    return walk_courses(context, "policies", by_course)
 
 
-def _quantities(measured: Measured[PolicyWalks]) -> dict[str, Any]:
-    walks = measured.results.walks
-    others = _gaits(measured.context)[1:]
+def _quantities(measured: Measured[CourseWalks]) -> dict[str, Any]:
+    walks, others = measured.results, _gaits(measured.context)[1:]
     return {
-        "courses": {
-            course: {gait: condition(found) for gait, found in by_gait.items()}
-            for course, by_gait in walks.items()
-        },
-        "pairs": {course: {gait: measured.results.pairs(course, gait) for gait in others} for course in walks},
+        "courses": walks.conditions,
+        "pairs": {course: {gait: walks.pairs(course, gait) for gait in others} for course in walks.walks},
     }
-
-
-def _claims(measured: Measured[PolicyWalks]) -> list[Claim]:
-    nominal = measured.figures["courses"]["nominal"]
-    return [bounded(f"{TITLES['nominal']}: 45 of 50 stand, {gait}", nominal[gait], STANDS) for gait in nominal]
-
-
-def _table(measured: Measured[PolicyWalks]) -> list[ReportTable]:
-    first, *others = _gaits(measured.context)
-
-    def stand(item: tuple[str, dict[str, Any]], gait: str) -> str:
-        found = item[1][gait]
-        return f"{found.survived} of {found.n} ({percent(found.interval)})"
-
-    def discordant(item: tuple[str, Any], gait: str) -> str:
-        pair = measured.results.pairs(item[0], gait)
-        return f"{pair.only_with} / {pair.only_without}, p = {pair.p_value:.2g}"
-
-    columns: dict[str, Column] = {"course": lambda item: TITLES[item[0]]}
-    for gait in (first, *others):
-        columns[f"{gait}: stand"] = functools.partial(stand, gait=gait)
-        columns[f"{gait}: m/s over ground"] = f"{{0[1][{gait}].speed:.3f}}"
-    for gait in others:
-        columns[f"only {first} / only {gait}, McNemar"] = functools.partial(discordant, gait=gait)
-    return [table("Courses", measured.figures["courses"].items(), columns)]
 
 
 POLICIES: Final = Experiment(
@@ -158,6 +105,10 @@ POLICIES: Final = Experiment(
     ],
     measure=_measure,
     quantities=_quantities,
-    claims=_claims,
-    tables=_table,
+    claims=lambda measured: stand_claims(
+        TITLES, measured.figures["courses"], "nominal", *_gaits(measured.context)
+    ),
+    tables=lambda measured: [
+        course_table("Courses", "course", TITLES, measured.results, measured.figures["courses"])
+    ],
 )

@@ -25,6 +25,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from emulator.wear import WearProfile
+from nao_hil.identification.measures import vertex
 from nao_hil.runs.config import run_config
 from nao_hil.runs.walk import Walk, walk
 
@@ -158,11 +159,7 @@ def tracking_errors(
             ]
         )
         error[name] = float(by_shift[FRAMES])
-        k = int(by_shift.argmin())
-        best[name] = float(k)
-        if 0 < k < shifts - 1:
-            before, least, after = by_shift[k - 1 : k + 2]
-            best[name] += 0.5 * (before - after) / (before - 2.0 * least + after)
+        best[name] = vertex(by_shift, int(by_shift.argmin()))
     return Tracking(error, best)
 
 

@@ -14,7 +14,7 @@ from nao_hil.analysis.report.render import Outcome, Report, ReportPage, write_re
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.experiments.context import Context, seed_words
 from nao_hil.files import write_bytes
-from nao_hil.runs.campaign import Campaign, Interrupted
+from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import source_hash
 from walker.gaits import gait_parameters
@@ -36,31 +36,17 @@ class Runner:
     """Runs experiments and keeps their results.
 
     Args:
-        campaign: To run in.
+        context: Of all of them; its folder gets the report, its seeds are not read.
         console: For claims and findings.
-        path: Folder of it all.
-        changes: Robot, wear and changed parameters.
         seeds: Number of them; None: each experiment's own.
         first_seed: The first of them.
-        duration: Of one run, s; None: each experiment's own.
-        gait: Of experiments that take one; None: each experiment's own.
     """
 
     def __init__(
-        self,
-        campaign: Campaign,
-        console: Console,
-        path: Path,
-        changes: RunConfig,
-        seeds: int | None = None,
-        first_seed: int = 0,
-        duration: float | None = None,
-        gait: str | None = None,
+        self, context: Context, console: Console, seeds: int | None = None, first_seed: int = 0
     ) -> None:
-        self._campaign, self._console = campaign, console
-        self._path, self._changes = path, changes
+        self._context, self._console = context, console
         self._seeds, self._first = seeds, first_seed
-        self._duration, self._gait = duration, gait
         self._pages: list[ReportPage] = []
         self.results: dict[str, dict[str, Any]] = {}
         """JSON by name."""
@@ -70,7 +56,7 @@ class Runner:
     @property
     def interrupted(self) -> bool:
         """Stopped before the end."""
-        return self._campaign.interrupted
+        return self._context.campaign.interrupted
 
     @property
     def passed(self) -> bool:
@@ -92,14 +78,8 @@ class Runner:
             return
         out.mkdir(parents=True, exist_ok=True)
         try:
-            outcome = (
-                EXPERIMENTS[name]
-                .load()
-                .run(
-                    name,
-                    Context(self._campaign, out, self.seeds(name), self._changes, self._duration, self._gait),
-                )
-            )
+            context = replace(self._context, out=out, seeds=self.seeds(name))
+            outcome = EXPERIMENTS[name].load().run(name, context)
         except Interrupted:
             self.missing.append((name, "interrupted; walks that are done are kept"))
             return
@@ -110,9 +90,9 @@ class Runner:
         written = msgspec.json.encode(outcome.result)
         write_bytes(out / f"{name}.json", msgspec.json.format(written))
         self.results[name] = msgspec.json.decode(written) | {
-            "robot": self._changes.robot,
-            "wear": self._changes.wear,
-            "engine": self._changes.engine,
+            "robot": self._context.robot,
+            "wear": self._context.wear,
+            "engine": self._context.engine,
             "seeds": len(seeds),
             "first_seed": seeds[0],
             "interrupted": self.interrupted,
@@ -130,7 +110,7 @@ class Runner:
             mark = ("holds", "green") if claim.holds else ("does not hold", "yellow")
             self._console.print(Text.assemble("  ", mark, f"  {claim.text}: {claim.measured}"))
         for finding in page.findings:
-            self._console.print(f"  - {finding}", highlight=False, style="dim")
+            self._console.print(f"  - {finding}", style="dim")
 
     def summary(self, name: str) -> dict[str, Any]:
         """The JSON of an experiment, or of all."""
@@ -141,7 +121,7 @@ class Runner:
 
     def report(self, title: str) -> Path:
         """Write the report; gives its path."""
-        changes = self._changes
+        changes = self._context.changes
         names = [page.name for page in self._pages]
         facts = [
             ("robot", f"{changes.robot}, {changes.wear} drives and sensors, on {changes.engine}"),
@@ -150,7 +130,7 @@ class Runner:
         ]
         if self.interrupted:
             facts.append(("interrupted", "shares are of the runs that were done"))
-        path = self._path / "report.html"
+        path = self._context.out / "report.html"
         write_report(path, Report(title, self._pages, facts, _configuration(changes), self.missing, ABOUT))
         return path
 

@@ -17,7 +17,7 @@ from bridge.body import Body
 from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, LEG_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
-from bridge.types import Array
+from bridge.types import Array, Closing
 from emulator.poses import quaternion
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile
@@ -43,7 +43,7 @@ CRUISE: Final = (0.4, 0.8)
 """Part of the way in which a joint has reached its speed and does not brake yet."""
 
 
-class Bench:
+class Bench(Closing):
     """One robot on the bench.
 
     Args:
@@ -82,10 +82,8 @@ class Bench:
         self._cycle = 0
         self.play(lambda _: {}, SETTLE)
 
-    def __enter__(self) -> Bench:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Free the physics engine."""
         self.robot.close()
 
     def play(

@@ -18,7 +18,7 @@ from nao_hil.analysis.report.render import Claim, Columns, ReportTable, table
 from nao_hil.analysis.statistics import Share, percent, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import falls_finding
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured
 from nao_hil.runs.walk import Walk, WalkOutcome
 
@@ -145,8 +145,8 @@ def sweep(context: Context, setup: SlopeSetup = DEFAULT) -> dict[str, Tally]:
 def _walks(context: Context, setup: SlopeSetup, name: str, slope: float) -> list[Walk]:
     roll, pitch = (slope * part for part in DIRECTIONS[name])
     floor = {"scenario.floor.roll": roll, "scenario.floor.pitch": pitch}
-    gait = context.gait or GAIT
-    return context.walks(_name(name, slope), gait, setup.duration, floor, keep_track=False)
+    task = Task(context.gait or GAIT, setup.duration, floor, fields={"keep_track": False})
+    return task.walks(context, _name(name, slope))
 
 
 def _name(direction: str, slope: float) -> str:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import seed_words
-from nao_hil.experiments.experiment import Bound, Drawing, Experiment, Measured
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from walker.mechanisms.admittance import LegAdmittance, LegParameters
 
 THESIS: Final = LegParameters()
@@ -77,28 +77,28 @@ SPRING: Final = Experiment(
     ),
     measure=lambda context: max(deflection(seed, THESIS) for seed in context.seeds),
     quantities=_quantities,
-    claims=(
-        Bound(
+    claims=lambda measured: [
+        bounded(
             "The pole is at |e| = pi^2 / 300 = 32.9 mm",
-            "pole_m",
+            measured.figures["pole_m"],
             0.99 * THESIS_POLE,
             1.01 * THESIS_POLE,
             "{:.5f} m",
         ),
-        Bound(
+        bounded(
             "Soft about zero: k_c / (2 pi k_a) = 23.9 N/m",
-            "stiffness_n_per_m",
+            measured.figures["stiffness_n_per_m"],
             0.99 * THESIS_STIFFNESS,
             1.01 * THESIS_STIFFNESS,
             "{:.2f} N/m",
         ),
-        Bound(
+        bounded(
             "No history of forces drives the foot's offset to the pole",
-            "deflection_max",
+            measured.figures["deflection_max"],
             high=math.nextafter(1.0, 0.0),
             words="at most {:.9f} of it",
         ),
-    ),
+    ],
     pictures=(
         Drawing(
             "spring-4.7.png",

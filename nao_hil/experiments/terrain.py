@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,20 +12,25 @@ from bridge.messages.world import PlaceObject
 from bridge.types import Vec3
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
-from nao_hil.analysis.report.render import Claim, Column, ReportTable, table
-from nao_hil.analysis.statistics import Paired, mcnemar, percent, wilson
-from nao_hil.experiments.conditions import Condition, condition, falls_finding, pairs
+from nao_hil.analysis.report.render import Claim
+from nao_hil.analysis.statistics import mcnemar
+from nao_hil.experiments.conditions import falls_finding
 from nao_hil.experiments.context import NO_CHANGE, Context, Task
-from nao_hil.experiments.experiment import Experiment, Measured, bounded
+from nao_hil.experiments.experiment import Experiment, Measured
+from nao_hil.experiments.gait_against_gait import (
+    STANDS,
+    CourseWalks,
+    course_table,
+    stand_claims,
+    walk_courses,
+)
 from nao_hil.runs.events import TorsoLoad
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import Walk
 from walker.gaits import gait_parameters
 
 GAIT: Final = "omni"
 COMPARED_GAIT: Final = {"nao-v6": "huang"}
 """The gait to compare with, by body; of the others `dynamic`."""
-STANDS: Final = wilson(45, 50)[0]
-"""A share counts as "45 of 50 stand" when the lower bound of its interval is at least that one's."""
 DURATION: Final = 20.0
 """Duration of a walk, s."""
 WORN_DURATION: Final = 30.0
@@ -120,57 +123,33 @@ def _velocity(gait: str, speed: float) -> tuple[float, ...]:
     return speed, 0.0, 0.0
 
 
-class TerrainWalks(NamedTuple):
-    """Walks over all grounds."""
-
-    walks: Mapping[str, Mapping[str, list[WalkOutcome]]]
-    """By ground, or `worn` for the robot, and gait."""
-    planned: int
-    """Walks of all seeds."""
-
-    def pairs(self, ground: str) -> Paired:
-        """Both gaits on a ground, seed by seed."""
-        return pairs(*self.walks[ground].values())
-
-
 def _gaits(context: Context) -> tuple[str, ...]:
     return (context.gait,) if context.gait else (GAIT, COMPARED_GAIT.get(context.robot, "dynamic"))
 
 
-def _measure(context: Context) -> TerrainWalks:
+def _measure(context: Context) -> CourseWalks:
     """All grounds with both gaits; with one named gait, each until its verdict is certain."""
-    gaits = _gaits(context)
-    tasks = {gait: ground_tasks(gait, context.duration) for gait in gaits}
-    names = [(ground, gait) for ground in TITLES for gait in gaits]
-    conditions = [tasks[gait][ground].walks(context, f"terrain, {ground}, {gait}") for ground, gait in names]
-    results = context.run(*conditions) if len(gaits) == 2 else context.run_until_certain(STANDS, *conditions)
-    by_name = dict(zip(names, results, strict=True))
-    walks = {ground: {gait: by_name[ground, gait] for gait in gaits} for ground in TITLES}
-    return TerrainWalks(walks, sum(map(len, conditions)))
+    tasks = {gait: ground_tasks(gait, context.duration) for gait in _gaits(context)}
+    by_ground = {ground: {gait: of[ground] for gait, of in tasks.items()} for ground in TITLES}
+    return walk_courses(context, "terrain", by_ground, STANDS if len(tasks) == 1 else None)
 
 
-def _quantities(measured: Measured[TerrainWalks]) -> dict[str, Any]:
+def _quantities(measured: Measured[CourseWalks]) -> dict[str, Any]:
     walks, planned = measured.results
     done = sum(len(found) for by_gait in walks.values() for found in by_gait.values())
     return {
-        "grounds": {
-            ground: {gait: condition(found) for gait, found in by_gait.items()}
-            for ground, by_gait in walks.items()
-        },
+        "grounds": measured.results.conditions,
         # walks that could not have changed the verdict of their ground
         "left_out": 0 if measured.context.campaign.interrupted else planned - done,
     }
 
 
-def _claims(measured: Measured[TerrainWalks]) -> list[Claim]:
-    gaits = _gaits(measured.context)
-    claims = [
-        bounded(f"{TITLES[ground]}: 45 of 50 stand, {gaits[0]}", by_gait[gaits[0]], STANDS)
-        for ground, by_gait in measured.figures["grounds"].items()
-    ]
-    if len(gaits) == 2:
-        first, second = gaits
-        each = [measured.results.pairs(ground) for ground in TITLES]
+def _claims(measured: Measured[CourseWalks]) -> list[Claim]:
+    first, *others = _gaits(measured.context)
+    grounds = measured.figures["grounds"]
+    claims = [claim for ground in grounds for claim in stand_claims(TITLES, grounds, ground, first)]
+    for second in others:
+        each = [measured.results.pairs(ground, second) for ground in TITLES]
         only_first, only_second = sum(p.only_with for p in each), sum(p.only_without for p in each)
         p_value = mcnemar(only_first, only_second)
         more_often = Claim(
@@ -183,26 +162,7 @@ def _claims(measured: Measured[TerrainWalks]) -> list[Claim]:
     return claims
 
 
-def _table(measured: Measured[TerrainWalks]) -> list[ReportTable]:
-    gaits = _gaits(measured.context)
-
-    def stand(item: tuple[str, dict[str, Condition]], gait: str) -> str:
-        return f"{item[1][gait].survived} of {item[1][gait].n} ({percent(item[1][gait].interval)})"
-
-    def discordant(item: tuple[str, Any]) -> str:
-        pair = measured.results.pairs(item[0])
-        return f"{pair.only_with} / {pair.only_without}, p = {pair.p_value:.2g}"
-
-    columns: dict[str, Column] = {"ground": lambda item: TITLES[item[0]]}
-    for gait in gaits:
-        columns[f"{gait}: stand"] = functools.partial(stand, gait=gait)
-        columns[f"{gait}: m/s over ground"] = f"{{0[1][{gait}].speed:.3f}}"
-    if len(gaits) == 2:
-        columns[f"only {gaits[0]} / only {gaits[1]}, McNemar"] = discordant
-    return [table("Grounds", measured.figures["grounds"].items(), columns)]
-
-
-def _setup(measured: Measured[TerrainWalks]) -> list[tuple[str, str]]:
+def _setup(measured: Measured[CourseWalks]) -> list[tuple[str, str]]:
     gaits, seconds = _gaits(measured.context), measured.context.duration
     own = {gait: gait_parameters(gait).periodic_step.velocity for gait in gaits if not _velocity(gait, SPEED)}
     return [
@@ -224,7 +184,9 @@ TERRAIN: Final = Experiment(
     measure=_measure,
     quantities=_quantities,
     claims=_claims,
-    tables=_table,
+    tables=lambda measured: [
+        course_table("Grounds", "ground", TITLES, measured.results, measured.figures["grounds"])
+    ],
     findings=lambda measured: [
         falls_finding(f"{TITLES[ground]}, {gait}", results, measured.body)
         for ground, by_gait in measured.results.walks.items()

@@ -167,26 +167,37 @@ class Responses(msgspec.Struct, frozen=True, kw_only=True):
     """The fused pitch of the same, rad."""
 
 
-def run_once(
-    body: Body,
-    wear: WearProfile,
-    seed: int,
-    amplitude: float,
-    engine: str = "auto",
-    periods: int = PERIODS,
-    floor: Scenario = FLAT,
-) -> Responses | None:
-    """One robot, one square wave; the first half period, which starts from rest, is left out. None: it fell."""
-    random = np.random.default_rng(seed)
+class TorsoStepTask(msgspec.Struct, frozen=True, kw_only=True):
+    """One robot, one square wave, for a worker."""
+
+    body: Body
+    wear: WearProfile
+    seed: int
+    engine: str
+    amplitude: float
+    """Amplitude of the square wave, rad."""
+    floor: Scenario = FLAT
+
+
+def run_once(task: TorsoStepTask) -> Responses | None:
+    """The responses; the first half period, which starts from rest, is left out. None: the robot fell."""
+    body, amplitude = task.body, task.amplitude
+    random = np.random.default_rng(task.seed)
     stance = np.array(one_leg_stance(body))
     legs = [i for name, i in INDEX.items() if name[1:].startswith(("Hip", "Knee", "Ankle"))]
     stance[legs] += random.normal(0.0, SPREAD, len(legs))
     half = round(0.5 * PERIOD / body.cycle)
     fused, true, leans = [], [], []
     with EmulatedRobot(
-        body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0, engine=engine, scenario=floor
+        body,
+        seed=task.seed,
+        posture=stance.tolist(),
+        wear=task.wear,
+        settle=2.0,
+        engine=task.engine,
+        scenario=task.floor,
     ) as robot:
-        for k in range(2 * periods * half):
+        for k in range(2 * PERIODS * half):
             request = stance.copy()
             lean = amplitude if (k // half) % 2 == 0 else -amplitude
             request[INDEX["LAnklePitch"]] += ankle_pitch_from_lean(lean)
@@ -205,21 +216,6 @@ def run_once(
         request=np.array(leans),
         angle=np.array(fused),
     )
-
-
-class TorsoStepTask(msgspec.Struct, frozen=True):
-    """A call of `run_once` for a worker."""
-
-    body: Body
-    wear: WearProfile
-    seed: int
-    amplitude: float
-    engine: str
-
-
-def run_task(task: TorsoStepTask) -> Responses | None:
-    """One run of a task, for a worker."""
-    return run_once(task.body, task.wear, task.seed, task.amplitude, task.engine)
 
 
 def part_between(track: Sequence[float], half: int, amplitude: float) -> Array:

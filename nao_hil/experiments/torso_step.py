@@ -11,7 +11,6 @@ with it, since the sole rocks on the floor.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from bridge.types import Array
 from emulator.scenarios import FLAT, Scenario
 from emulator.wear import WearProfile, load_wear, wear_of_seed
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.experiment import Bound, Drawing, Experiment, Measured
+from nao_hil.experiments.experiment import Drawing, Experiment, Measured, bounded
 from nao_hil.experiments.torso_responses import (
     PERIOD,
     THESIS,
@@ -34,7 +33,6 @@ from nao_hil.experiments.torso_responses import (
     fit_plant,
     read_shape,
     run_once,
-    run_task,
 )
 
 AMPLITUDE: Final = 0.064
@@ -83,7 +81,9 @@ def torso_figures(
         amplitude: Of the square wave, rad.
         floor: Its floor.
     """
-    responses = run_once(body, wear, seed, amplitude, engine, floor=floor)
+    responses = run_once(
+        TorsoStepTask(body=body, wear=wear, seed=seed, engine=engine, amplitude=amplitude, floor=floor)
+    )
     if responses is None:
         return None
     mean = responses.fused.mean(axis=0)
@@ -96,21 +96,18 @@ def response_time(body: Body, response: Array) -> Array:
     return np.asarray(body.cycle * np.arange(1, len(response) + 1), dtype=np.float64)
 
 
-def torso_step_tasks(
-    seeds: Sequence[int], body: Body, wear: str, amplitude: float, engine: str
-) -> list[TorsoStepTask]:
-    """One call of `run_task` for each seed.
-
-    Args:
-        seeds: Of the runs.
-        body: Data sheet.
-        wear: Name or path of the profile.
-        amplitude: Of the square wave, rad.
-        engine: Name of the physics engine.
-    """
+def torso_step_tasks(context: Context, amplitude: float) -> list[TorsoStepTask]:
+    """A task for each seed; the amplitude of the square wave in rad."""
+    body = context.body
     return [
-        TorsoStepTask(body, load_wear(wear_of_seed(wear, seed), body), seed, amplitude, engine)
-        for seed in seeds
+        TorsoStepTask(
+            body=body,
+            wear=load_wear(wear_of_seed(context.wear, seed), body),
+            seed=seed,
+            engine=context.engine,
+            amplitude=amplitude,
+        )
+        for seed in context.seeds
     ]
 
 
@@ -141,16 +138,15 @@ def measure(context: Context, amplitude: float = AMPLITUDE) -> TorsoSteps:
     Raises:
         ConfigurationError: no stance survived, or the body cannot stand on one leg.
     """
-    body = context.body
-    tasks = torso_step_tasks(context.seeds, body, context.wear, amplitude, context.engine)
-    runs: list[Responses | None] = context.map("torso-step", run_task, tasks)
+    runs: list[Responses | None] = context.map("torso-step", run_once, torso_step_tasks(context, amplitude))
     standing = [run for run in runs if run is not None]
     if not standing:
         raise ConfigurationError(
             f"No stance on one leg survived a wave of {math.degrees(amplitude):.3g} deg on {context.wear} "
             "drives; a smaller amplitude would be right."
         )
-    return TorsoSteps(standing, len(runs) - len(standing), amplitude, response_time(body, standing[0].fused[0]))
+    time = response_time(context.body, standing[0].fused[0])
+    return TorsoSteps(standing, len(runs) - len(standing), amplitude, time)
 
 
 def quantities(steps: TorsoSteps) -> dict[str, Any]:
@@ -224,7 +220,9 @@ TORSO_STEP: Final = Experiment(
     ],
     measure=measure,
     quantities=lambda measured: quantities(measured.results),
-    claims=tuple(Bound(words, name, low, high) for name, (words, low, high) in BOUNDS.items()),
+    claims=lambda measured: [
+        bounded(words, measured.figures[name], low, high) for name, (words, low, high) in BOUNDS.items()
+    ],
     pictures=(
         Drawing(
             "torso-step-4.10.png",

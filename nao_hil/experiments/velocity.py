@@ -220,7 +220,7 @@ def _measure(context: Context) -> Comparison:
         gait, CHANGES_DURATION, {"velocity": (0.1, 0.0, 0.0)}, _random_velocities, {"keep_track": False}
     )
     walks[RANDOM] = changing.walks(context.first(CHANGES_SEEDS), RANDOM)
-    return Comparison(dict(zip(walks, context.run(*walks.values()), strict=True)))
+    return Comparison(context.run(walks))
 
 
 def _random_velocities(walk: Walk) -> dict[str, Any]:

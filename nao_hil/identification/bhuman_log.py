@@ -125,9 +125,6 @@ def read_bhuman(path: Path) -> LoggedRun:
     Angles and requests are those of B-Human's modules, both calibrated. A request holds from the time of its
     frame.
 
-    Args:
-        path: .log
-
     Raises:
         ConfigurationError: unreadable, a log without a specification of its types, or one without measurements.
     """

@@ -10,6 +10,7 @@ from scipy.signal import correlate
 from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.types import Array
+from nao_hil.identification.measures import vertex
 from nao_hil.runs.run import Run
 
 _LAG: Final = {12: 0.036, 10: 0.040}
@@ -53,7 +54,7 @@ def clock_offset(run: Run, body: Body, path: object) -> tuple[float, tuple[str, 
             f"(largest correlation of the speeds {max(match[best], 0.0):.2f}); give commands and angles of the "
             "same motion."
         )
-    shift = (lags[best] + _fraction(match, best)) * cycle
+    shift = (lags[0] + vertex(match, best)) * cycle
     offset = float(time[0] - asked_time[0] + shift - lag)
     notes = [
         f"The commands have a clock of their own: {offset:+.3f} s were added to their times, so that the "
@@ -93,14 +94,6 @@ def _correlation(moved: Array, asked: Array) -> tuple[Array, Array]:
     return np.arange(len(match), dtype=np.float64) - (len(asked) - 1), np.asarray(match)
 
 
-def _fraction(match: Array, best: int) -> float:
-    """Offset of a row, to the vertex of the parabola through the peak."""
-    if not 0 < best < len(match) - 1:
-        return 0.0
-    before, peak, after = match[best - 1 : best + 2]
-    return float(0.5 * (before - after) / (before - 2.0 * peak + after))
-
-
 def _drift(moved: Array, asked: Array, lag: int, cycle: float) -> float:
     """Lag of the second half less that of the first, s; 0 if a half does not move."""
     begin, end = max(lag, 0), min(lag + len(asked), len(moved))
@@ -112,5 +105,5 @@ def _drift(moved: Array, asked: Array, lag: int, cycle: float) -> float:
         best = int(np.argmax(match))
         if match[best] < _MATCH:
             return 0.0
-        best_lags.append(lags[best] + _fraction(match, best))
+        best_lags.append(lags[0] + vertex(match, best))
     return float(best_lags[1] - best_lags[0]) * cycle

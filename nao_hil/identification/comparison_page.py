@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,10 +12,19 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.body.joints import JOINTS
-from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
+from nao_hil.analysis.report.render import (
+    Column,
+    Columns,
+    Picture,
+    Report,
+    ReportPage,
+    ReportTable,
+    table,
+    write_report,
+)
 from nao_hil.files import save_figure
-from nao_hil.identification.comparison import Comparison, JointComparison, JointFollowing, SensorComparison
-from nao_hil.identification.leg_model import ORDERS
+from nao_hil.identification.comparison import Comparison, JointComparison, SensorComparison
+from nao_hil.identification.leg_model import ORDERS, Horizon, LegModelComparison
 from nao_hil.identification.readings import Signals
 
 SHOWN: Final = 4
@@ -25,15 +35,6 @@ _ABOUT = (
     "The commands of a recording, replayed open loop through the emulated robot. The noise floor of a joint is "
     "the difference of two such replays with different seeds, and at least one step of the encoder; the "
     "excess is the difference beyond it."
-)
-_HEAD = (
-    "joint",
-    "difference, deg",
-    "floor, deg",
-    "excess, deg",
-    "tracking error, deg",
-    "delay, ms",
-    "hysteresis, deg",
 )
 
 
@@ -118,9 +119,7 @@ def write_comparison(path: Path, result: Comparison, recorded: Signals, replayed
         setup=tuple((name, str(value)) for name, value in config.items() if value not in ("", None)),
         claims=(),
         pictures=tuple(_pictures(path.parent, result, recorded, replayed)),
-        tables=tuple(
-            table for table in (_joints(result), _sensors(result), _fused(result), _legs(result)) if table.rows
-        ),
+        tables=tuple(each for each in _tables(result) if each.rows),
     )
     robot = f"{config['robot']}, {config['wear']} drives and sensors, on {config['engine']}"
     facts = [
@@ -151,69 +150,66 @@ def _pictures(folder: Path, result: Comparison, recorded: Signals, replayed: Sig
     return pictures
 
 
-def _joints(result: Comparison) -> ReportTable:
-    rows = [
-        (
-            joint.joint,
-            *(f"{math.degrees(value):.3f}" for value in (joint.difference, joint.floor, joint.excess)),
-            *_both(joint.recorded, joint.replayed),
-        )
-        for joint in result.joints
-    ]
-    return ReportTable("Joints; pairs are recorded / replayed", _HEAD, tuple(rows))
+def _scaled(name: str, scale: float, digits: int) -> Column:
+    """A cell of both robots."""
+
+    def cell(joint: JointComparison) -> str:
+        values = (getattr(each, name) for each in (joint.recorded, joint.replayed))
+        return " / ".join("-" if value is None else f"{scale * value:.{digits}f}" for value in values)
+
+    return cell
 
 
-def _both(recorded: JointFollowing, replayed: JointFollowing) -> tuple[str, ...]:
-    return tuple(
-        " / ".join(_scaled(getattr(each, name), scale, digits) for each in (recorded, replayed))
-        for name, scale, digits in (
-            ("tracking_error", 180.0 / math.pi, 2),
-            ("delay", 1e3, 1),
-            ("hysteresis", 180.0 / math.pi, 2),
-        )
-    )
+_DEGREES: Final = 180.0 / math.pi
+_JOINTS: Final[Columns] = {
+    "joint": "{0.joint}",
+    "difference, deg": lambda joint: f"{math.degrees(joint.difference):.3f}",
+    "floor, deg": lambda joint: f"{math.degrees(joint.floor):.3f}",
+    "excess, deg": lambda joint: f"{math.degrees(joint.excess):.3f}",
+    "tracking error, deg": _scaled("tracking_error", _DEGREES, 2),
+    "delay, ms": _scaled("delay", 1e3, 1),
+    "hysteresis, deg": _scaled("hysteresis", _DEGREES, 2),
+}
+_SENSORS: Final[Columns] = {
+    "sensor": "{0.sensor}",
+    "mean, recorded / replayed": "{0.recorded_mean:.4g} / {0.replayed_mean:.4g}",
+    "RMS about it, recorded / replayed / second replay": "{0.recorded_rms:.4g} / {0.replayed_rms:.4g} / "
+    "{0.floor_rms:.4g}",
+}
+_FUSED: Final[Columns] = {
+    "angle": "{0[0]}",
+    "difference RMS, deg": "{0[1]:.2f}",
+    "recorded RMS, deg": "{0[2]:.2f}",
+    "largest step, recorded / emulated, deg": "{0[3]:.2f} / {0[4]:.2f}",
+}
 
 
-def _scaled(value: float | None, scale: float, digits: int) -> str:
-    return "-" if value is None else f"{scale * value:.{digits}f}"
-
-
-def _sensors(result: Comparison) -> ReportTable:
-    rows = [
-        (
-            sensor.sensor,
-            f"{sensor.recorded_mean:.4g} / {sensor.replayed_mean:.4g}",
-            f"{sensor.recorded_rms:.4g} / {sensor.replayed_rms:.4g} / {sensor.floor_rms:.4g}",
-        )
-        for sensor in result.sensors
-    ]
-    head = ("sensor", "mean, recorded / replayed", "RMS about it, recorded / replayed / second replay")
-    return ReportTable("Gyroscope (rad/s), accelerometer (m/s^2), force cells (N)", head, tuple(rows))
-
-
-def _fused(result: Comparison) -> ReportTable:
-    head = ("angle", "difference RMS, deg", "recorded RMS, deg", "largest step, recorded / emulated, deg")
-    rows = []
+def _tables(result: Comparison) -> list[ReportTable]:
+    angles: list[tuple[Any, ...]] = []
     if (found := result.fused_angle) is not None:
-        columns = (found.difference, found.recorded_rms, found.recorded_step, found.emulated_step)
-        for name, values in zip(("roll", "pitch"), zip(*columns, strict=True), strict=True):
-            difference, rms, recorded, emulated = (f"{math.degrees(value):.2f}" for value in values)
-            rows.append((name, difference, rms, f"{recorded} / {emulated}"))
-    title = "Fused angle, and the emulated filter's from the recorded gyroscope and accelerometer"
-    return ReportTable(title, head, tuple(rows))
+        parts = (found.difference, found.recorded_rms, found.recorded_step, found.emulated_step)
+        angles = [(name, *np.degrees(values)) for name, *values in zip(("roll", "pitch"), *parts, strict=True)]
+    return [
+        table("Joints; pairs are recorded / replayed", result.joints, _JOINTS),
+        table("Gyroscope (rad/s), accelerometer (m/s^2), force cells (N)", result.sensors, _SENSORS),
+        table(
+            "Fused angle, and the emulated filter's from the recorded gyroscope and accelerometer",
+            angles,
+            _FUSED,
+        ),
+        *([] if result.leg_model is None else [_legs(result.leg_model)]),
+    ]
 
 
-def _legs(result: Comparison) -> ReportTable:
-    leg_model = result.leg_model
-    joints = () if leg_model is None else ORDERS[leg_model.order]
-    rows = []
-    for each in () if leg_model is None else leg_model.horizons:
-        pairs = (
-            (each.overall("recorded"), each.overall("replayed")),
-            *((each.recorded[joint], each.replayed[joint]) for joint in joints),
-        )
-        rows.append(
-            (str(each.frames), *(f"{math.degrees(one):.2f} / {math.degrees(two):.2f}" for one, two in pairs))
-        )
-    title = "Model of the walking legs: RMS error, deg, recorded / replayed"
-    return ReportTable(title, ("frames ahead", "all", *joints), tuple(rows))
+def _legs(found: LegModelComparison) -> ReportTable:
+    def cell(each: Horizon, joint: str) -> str:
+        pair = (math.degrees(errors[joint]) for errors in (each.recorded, each.replayed))
+        return "{:.2f} / {:.2f}".format(*pair)
+
+    def overall(each: Horizon) -> str:
+        pair = (math.degrees(each.overall(which)) for which in ("recorded", "replayed"))
+        return "{:.2f} / {:.2f}".format(*pair)
+
+    columns: dict[str, Column] = {"frames ahead": "{0.frames}", "all": overall}
+    columns |= {joint: functools.partial(cell, joint=joint) for joint in ORDERS[found.order]}
+    return table("Model of the walking legs: RMS error, deg, recorded / replayed", found.horizons, columns)

@@ -63,12 +63,8 @@ class _Part(NamedTuple):
 
 _REST: Final = {"ShoulderPitch": 1.5, "ShoulderRoll": 0.25, "ElbowRoll": -0.3, "HipRoll": 0.08}
 """Arms down, legs apart; all other joints at 0. Left side."""
-
-
 _AHEAD: Final = {"ShoulderPitch": 0.0, "ShoulderRoll": 0.3}
 """Arms ahead: the axes of ShoulderRoll and ElbowRoll are upright, and friction is the only load."""
-
-
 _LEG: Final = (
     _Part("HipPitch", -1.0, 0.35),
     # the thigh ahead, so that the shank hangs plumb in the middle of the way
@@ -78,8 +74,6 @@ _LEG: Final = (
     _Part("HipRoll", -0.2, 0.36),
     _Part("HipYawPitch", -0.5, 0.2, {"HipRoll": 0.15}),
 )
-
-
 _ARM: Final = (
     _Part("ShoulderPitch", 0.7, 1.9),
     _Part("ShoulderRoll", 0.15, 0.9, _AHEAD),
@@ -87,11 +81,7 @@ _ARM: Final = (
     _Part("ElbowYaw", -0.6, 0.6),
     _Part("WristYaw", -0.6, 0.6),
 )
-
-
 _HEAD: Final = (_Part("HeadPitch", -0.55, 0.4), _Part("HeadYaw", -0.6, 0.6))
-
-
 _MIRRORED: Final = ("ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw", "HipRoll", "AnkleRoll")
 """Joints whose right side has the opposite sign. Their triangles have not: the legs swing to the same side, so
 that they keep their distance."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -44,13 +44,7 @@ LEGS: Final = frozenset(joint for joints in LEG_JOINTS.values() for joint in joi
 
 
 def useful(body: Body, signals: Signals, joints: Sequence[str]) -> NDArray[np.bool_]:
-    """Samples that count, (n, joints).
-
-    Args:
-        body: Data sheet.
-        signals: The recording.
-        joints: Columns of the result.
-    """
+    """Samples that count, (n, joints)."""
     columns = [INDEX[joint] for joint in joints]
     command, position = signals.command[:, columns], signals.position[:, columns]
     way = np.abs(np.diff(np.nan_to_num(command), axis=0, prepend=np.nan_to_num(command[:1])))
@@ -101,40 +95,38 @@ def _limb(body: Body, joint: str) -> frozenset[str]:
     return frozenset({joint})
 
 
-GLOBAL: Final = (
-    "delay",
-    "full_voltage_error",
-    "gear_compliance",
-    "dry_friction",
-    "lead",
-    "motor_time_constant",
-    "gear_relaxation",
-)
+class ParameterKind(NamedTuple):
+    """A fitted parameter that all joints share, or that each group of joints has."""
+
+    change: float
+    """By which derivatives are taken, SI units and radians; also its scale."""
+    most: float
+    """Upper bound of the search."""
+    model_error: float
+    """Standard deviation of the model's own error, invisible in the residuals; a fraction but for `ABSOLUTE`.
+    Three robots' `model_error` of `python -m tests.bench experiments.calibration` times 1.6, by which the t
+    distribution with 3 degrees of freedom is wider than the normal; backlash: RMS of HipYawPitch, the worst."""
+    unit: str
+    """For people."""
+    least: float = 0.0
+    """Lower bound of the search."""
+
+
+KINDS: Final = {
+    "delay": ParameterKind(5e-4, 0.15, 7e-4, "ms"),
+    "full_voltage_error": ParameterKind(1e-3, 1.0, 0.02, "rad", least=0.005),
+    "gear_compliance": ParameterKind(1e-4, 0.1, 0.05, "rad/(N m)"),
+    "dry_friction": ParameterKind(5e-4, 1.0, 0.004, "N m"),
+    "lead": ParameterKind(5e-4, 0.05, 1.2e-4, "ms"),
+    "motor_time_constant": ParameterKind(5e-4, 0.05, 0.05, "ms", least=1e-4),
+    "gear_relaxation": ParameterKind(1e-3, 0.1, 0.06, "ms"),
+    "backlash": ParameterKind(5e-4, 0.2, 2e-4, "deg"),
+}
+"""By name, the groups' last."""
+GLOBAL: Final = tuple(KINDS)[:-1]
 """Fitted parameters that all joints share."""
-_CHANGE: Final = {
-    "delay": 5e-4,
-    "full_voltage_error": 1e-3,
-    "gear_compliance": 1e-4,
-    "dry_friction": 5e-4,
-    "lead": 5e-4,
-    "motor_time_constant": 5e-4,
-    "gear_relaxation": 1e-3,
-    "backlash": 5e-4,
-}
-"""By which derivatives are taken, in the parameters' units; also their scale."""
-_MOST: Final = {
-    "delay": 0.15,
-    "full_voltage_error": 1.0,
-    "gear_compliance": 0.1,
-    "dry_friction": 1.0,
-    "lead": 0.05,
-    "motor_time_constant": 0.05,
-    "gear_relaxation": 0.1,
-    "backlash": 0.2,
-}
-"""Upper bounds of the search."""
-_LEAST: Final = {"full_voltage_error": 0.005, "motor_time_constant": 1e-4}
-"""Lower bounds that are not 0."""
+ABSOLUTE: Final = ("backlash", "delay", "lead")
+"""Kinds of parameters whose model error is in rad and s."""
 _BEGINNING: Final = 120.0
 """Part of a longer recording that the search begins with, s; in it, `nao-hil excite` moves every joint."""
 _ROUGH: Final = 1e-3
@@ -153,21 +145,6 @@ _ROBUST: Final = 3.0
 """Residuals beyond this many steps of the encoder count less than squared."""
 _STRETCH: Final = 4.0
 """Longest stretch whose residuals are taken for alike, s."""
-MODEL_ERROR: Final = {
-    "delay": 7e-4,
-    "backlash": 2e-4,
-    "full_voltage_error": 0.02,
-    "gear_compliance": 0.05,
-    "dry_friction": 0.004,
-    "lead": 1.2e-4,
-    "motor_time_constant": 0.05,
-    "gear_relaxation": 0.06,
-}
-"""Standard deviation of the model's own error, invisible in the residuals; a fraction but for `ABSOLUTE`.
-Three robots' `model_error` of `python -m tests.bench experiments.calibration` times 1.6, by which the t
-distribution with 3 degrees of freedom is wider than the normal; backlash: RMS of HipYawPitch, the worst."""
-ABSOLUTE: Final = ("backlash", "delay", "lead")
-"""Kinds of parameters whose model error is in rad and s."""
 CONFIDENCE: Final = 0.95
 
 
@@ -195,12 +172,8 @@ class Fit:
     def _model_error(self) -> Array:
         """Standard deviation of the model's own error of each value, (p,)."""
         kinds = [name.partition(".")[0] for name in self.names]
-        return np.array(
-            [
-                MODEL_ERROR[kind] * (1.0 if kind in ABSOLUTE else value)
-                for kind, value in zip(kinds, self.values, strict=True)
-            ]
-        )
+        scales = np.where(np.isin(kinds, ABSOLUTE), 1.0, self.values)
+        return np.asarray(scales * [KINDS[kind].model_error for kind in kinds])
 
     def interval(self, value: float, gradient: Array) -> tuple[float, float]:
         """Interval of a function of the parameters, with a confidence of `CONFIDENCE`.
@@ -270,7 +243,7 @@ def _require_drives(found: Fit, signals: Signals, step: float) -> None:
             continue
         command, angle = signals.command[:, INDEX[joint]], signals.position[used, INDEX[joint]]
         time = used * signals.cycle
-        lags = np.arange(0.0, _MOST["delay"], 0.5 * signals.cycle)
+        lags = np.arange(0.0, KINDS["delay"].most, 0.5 * signals.cycle)
         cycles = np.arange(len(command)) * signals.cycle
         errors = [float(np.std(angle - np.interp(time - lag, cycles, command))) for lag in lags]
         model = float(np.sqrt(np.mean(np.square(angle - found.predicted[used, column]))))
@@ -311,12 +284,12 @@ class _Problem:
                 self._samples[:, i] = False
         columns = [INDEX[joint] for joint in self._joints]
         self._measured = signals.position[:, columns]
-        kinds = [name.partition(".")[0] for name in self.names]
+        kinds = [KINDS[name.partition(".")[0]] for name in self.names]
         zeros = [_ZERO] * len(self._joints)
-        self.scale = np.array([_CHANGE[kind] for kind in kinds] + [self._deviation] * len(zeros))
+        self.scale = np.array([kind.change for kind in kinds] + [self._deviation] * len(zeros))
         self.bounds = (
-            np.array([_LEAST.get(kind, 0.0) for kind in kinds] + [-zero for zero in zeros]),
-            np.array([_MOST[kind] for kind in kinds] + zeros),
+            np.array([kind.least for kind in kinds] + [-zero for zero in zeros]),
+            np.array([kind.most for kind in kinds] + zeros),
         )
         self.start = np.array([*self._guess(signals), *np.zeros(len(zeros))])
 
@@ -395,7 +368,7 @@ class _Problem:
             out[:, column] = self._scaled(self._angles(moved) - before) / self.scale[column]
         moved = x.copy()
         moved[len(GLOBAL) : count] += self.scale[len(GLOBAL) : count]
-        change = self._scaled(self._angles(moved) - before) / _CHANGE["backlash"]
+        change = self._scaled(self._angles(moved) - before) / KINDS["backlash"].change
         for number, joint in enumerate(self._joints):
             own = owner == number
             out[own, count + number] = 1.0 / self._deviation

@@ -20,7 +20,7 @@ from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.wear import WearProfile
 from nao_hil.analysis.statistics import Estimate
 from nao_hil.files import write_text
-from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
+from nao_hil.identification.fit import CONFIDENCE, KINDS, Fit, fit, joints_of
 from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
 
@@ -160,17 +160,6 @@ def _under_command(body: Body, signals: Signals) -> Signals:
     return replace(signals, position=position, command=command, stiffness=stiffness)
 
 
-_UNITS = {
-    "delay": "s",
-    "full_voltage_error": "rad",
-    "gear_compliance": "rad/(N m)",
-    "dry_friction": "N m",
-    "lead": "s",
-    "motor_time_constant": "s",
-    "gear_relaxation": "s",
-}
-
-
 def write_profile(path: Path, found: Identification, base: WearProfile) -> None:
     """Write the profile; `--wear FILE` loads it.
 
@@ -217,5 +206,5 @@ def _line(name: str, value: float, found: Identification, prefix: str = "") -> s
     if prefix:
         where = f"{math.degrees(low):.2f} to {math.degrees(high):.2f} deg"
     else:
-        where = f"{low:.4g} to {high:.4g} {_UNITS[name]}"
+        where = f"{low:.4g} to {high:.4g} {KINDS[name].unit.replace('ms', 's')}"
     return f"{name} = {identified.value:.6g}  # identified: {where}"

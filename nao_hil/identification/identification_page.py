@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.body.joints import INDEX
-from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
+from nao_hil.analysis.report.render import Columns, Picture, Report, ReportPage, table, write_report
 from nao_hil.analysis.statistics import Estimate
 from nao_hil.files import save_figure
-from nao_hil.identification.fit import Fit
+from nao_hil.identification.fit import KINDS, Fit
 from nao_hil.identification.identification import Identification
 from nao_hil.identification.readings import Signals
 
@@ -27,12 +27,6 @@ _COLUMNS: Final = 4
 
 def write_identification(path: Path, result: Identification, found: Fit, signals: Signals) -> None:
     """Write the page, its JSON and its picture.
-
-    Args:
-        path: Of the HTML file.
-        result: The numbers.
-        found: The fit.
-        signals: Of the recording.
 
     Raises:
         ConfigurationError: jinja2 is not installed.
@@ -52,7 +46,14 @@ def write_identification(path: Path, result: Identification, found: Fit, signals
                 "The samples that counted; recorded, and by the model with the identified drives.",
             ),
         ),
-        tables=(_values(result), _residuals(result)),
+        tables=(
+            table("Identified", ((n, v) for n, v in result.parameters.items() if v.value > 0.0), _VALUES),
+            table(
+                "Residual of the model",
+                ((joint, error) for joint, error in result.residual.items() if error is not None),
+                _RESIDUALS,
+            ),
+        ),
     )
     facts = [
         ("recording", result.recording),
@@ -86,35 +87,19 @@ def _plot(path: Path, found: Fit, signals: Signals) -> None:
     save_figure(figure, path)
 
 
-def _values(result: Identification) -> ReportTable:
-    rows = [
-        (name, *in_words(name, each), f"{50.0 * (each.interval[1] - each.interval[0]) / each.value:.1f} %")
-        for name, each in result.parameters.items()
-        if each.value > 0.0
-    ]
-    return ReportTable("Identified", ("parameter", "value", "interval", "half width"), tuple(rows))
-
-
 def in_words(name: str, each: Estimate) -> tuple[str, str]:
     """Value and interval of a parameter in the units that people use."""
     kind = name.partition(".")[0]
-    scale, unit = {
-        "delay": (1e3, "ms"),
-        "backlash": (180.0 / math.pi, "deg"),
-        "stiffness": (1.0, "N m/rad"),
-        "full_voltage_error": (1.0, "rad"),
-        "gear_compliance": (1.0, "rad/(N m)"),
-        "dry_friction": (1.0, "N m"),
-        "lead": (1e3, "ms"),
-        "motor_time_constant": (1e3, "ms"),
-        "gear_relaxation": (1e3, "ms"),
-    }[kind]
+    unit = "N m/rad" if kind == "stiffness" else KINDS[kind].unit
+    scale = {"ms": 1e3, "deg": 180.0 / math.pi}.get(unit, 1.0)
     low, high = (scale * bound for bound in each.interval)
     return f"{scale * each.value:.4g} {unit}", f"{low:.4g} to {high:.4g}"
 
 
-def _residuals(result: Identification) -> ReportTable:
-    rows = [
-        (joint, f"{math.degrees(value):.3f}") for joint, value in result.residual.items() if value is not None
-    ]
-    return ReportTable("Residual of the model", ("joint", "RMS, deg"), tuple(rows))
+_VALUES: Final[Columns] = {
+    "parameter": "{0[0]}",
+    "value": lambda item: in_words(*item)[0],
+    "interval": lambda item: in_words(*item)[1],
+    "half width": lambda item: f"{50.0 * (item[1].interval[1] - item[1].interval[0]) / item[1].value:.1f} %",
+}
+_RESIDUALS: Final[Columns] = {"joint": "{0[0]}", "RMS, deg": lambda item: f"{math.degrees(item[1]):.3f}"}

@@ -26,6 +26,19 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
+def vertex(values: Array, best: int) -> float:
+    """Place of an extremum between samples: of the parabola through three of them.
+
+    Args:
+        values: (n,)
+        best: Index of the largest or the smallest; at an end it is the place itself.
+    """
+    if not 0 < best < len(values) - 1:
+        return float(best)
+    before, at, after = values[best - 1 : best + 2]
+    return float(best + 0.5 * (before - after) / (before - 2.0 * at + after))
+
+
 def tracking_error(command: Array, position: Array) -> float:
     """RMS of the angle less the command of its cycle, rad; both (n,)."""
     return rms(position - command)
@@ -51,8 +64,7 @@ def delay(command: Array, position: Array, cycle: float) -> float | None:
     best = int(np.argmax(product))
     if product[best] <= 0.0 or best in (0, len(product) - 1):
         return None
-    before, peak, after = product[best - 1 : best + 2]
-    return float(best + 0.5 * (before - after) / (before - 2.0 * peak + after)) * cycle
+    return vertex(product, best) * cycle
 
 
 def hysteresis(command: Array, position: Array, cycle: float, lag: float) -> float | None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 import msgspec
 
 from bridge.errors import ConfigurationError, NaoHilError
+from bridge.types import Closing
 from nao_hil.runs.executors import Job, RunFailed, local_workers, open_executor
 from nao_hil.runs.store import key
 from nao_hil.runs.walk import Walk, WalkOutcome, walk
@@ -63,7 +64,7 @@ class NoProgress:
         """Nothing."""
 
 
-class Campaign:
+class Campaign(Closing):
     """Runs walks; to be used with `with`.
 
     A run that fails ends no other; the first failure is raised when all others are done.
@@ -212,10 +213,8 @@ class Campaign:
         with ThreadPoolExecutor(self._at_once) as threads:
             return list(threads.map(call, arguments))
 
-    def __enter__(self) -> Campaign:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Give up running jobs; finished walks are kept."""
         self._executor.close()
         if self._dataset:
             self._dataset.close()

@@ -19,6 +19,7 @@ from bridge.messages import Info, SensorFrame, TruthFrame, decode
 from bridge.messages.topics import Message
 from bridge.recording.canonical import RECORDED
 from bridge.recording.recorder import Recorder
+from bridge.types import Closing
 
 _QUEUE_SIZE: Final = 8192
 """Messages that may wait for the disk: some twenty seconds of a robot's."""
@@ -29,7 +30,7 @@ _RETRY_INTERVAL: Final = 0.05
 _KINDS: Final = {topic: kind for kind, topic in RECORDED.items()}
 
 
-class Capture:
+class Capture(Closing):
     """Records a robot from the wire; close it, or use it as a context manager.
 
     Actuator frames are recorded as the controller sent them, before the robot's guard. A frame that a robot in
@@ -115,12 +116,6 @@ class Capture:
         """Leave the network."""
         if self._session is not None:
             self._session.close()
-
-    def __enter__(self) -> Capture:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def described(info: Info) -> dict[str, Any]:

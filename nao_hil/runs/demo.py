@@ -9,6 +9,7 @@ from bridge.link.client import WalkClient, WorldClient
 from bridge.messages import SensorFrame
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push
+from bridge.types import Closing
 from nao_hil.runs.announcer import CAPTION, CONNECT_TIMEOUT, Announcer
 
 ROBOT: Final = "nao-v6"
@@ -59,7 +60,7 @@ PARTS: Final = (
 )
 
 
-class Demo:
+class Demo(Closing):
     """Plays the parts one after the other; use it as a context manager.
 
     Args:
@@ -106,8 +107,6 @@ class Demo:
             with WalkClient(self._robot, self._endpoint, CONNECT_TIMEOUT) as walker:
                 walker.send(command)
 
-    def __enter__(self) -> Demo:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Leave the network."""
         self._announcer.close()

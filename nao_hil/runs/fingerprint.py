@@ -71,10 +71,10 @@ def source_hash(parts: tuple[str, ...] = IN_PROCESS, root: Path = ROOT) -> str:
 def library_versions() -> tuple[tuple[str, str], ...]:
     """Name and version of Python, of the machine, of the libraries that compute, and of their results."""
     own = (("python", platform.python_version()), ("machine", platform.machine()), ("numerics", numerics()))
-    return (*own, *((name, _version(name)) for name in LIBRARIES))
+    return (*own, *((name, package_version(name)) for name in LIBRARIES))
 
 
-def _version(package: str) -> str:
+def package_version(package: str) -> str:
     """Version of a package; an engine may be missing."""
     try:
         return version(package)

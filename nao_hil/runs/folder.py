@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -25,7 +24,7 @@ from emulator.scenarios import Scenario, load_scenario
 from emulator.wear import load_wear
 from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.config import FILES, RunConfig, is_path
-from nao_hil.runs.fingerprint import kernels
+from nao_hil.runs.fingerprint import kernels, package_version
 
 try:
     import fcntl
@@ -59,6 +58,11 @@ def recording_of(run: Path) -> Path:
             f"{run / robots[0]}."
         )
     return own
+
+
+def run_name(recording: Path) -> str:
+    """Name of a recorded run: of its folder, or of a recording with a name of its own."""
+    return recording.resolve().parent.name if recording.name == RECORDING else recording.stem
 
 
 class RunDirectory:
@@ -196,12 +200,7 @@ def _fresh(parent: Path) -> Path:
 def versions() -> dict[str, str]:
     """Versions of Python, the platform, the packages a result depends on, and their kernels."""
     known = {"python": sys.version.split()[0], "platform": platform.platform()} | kernels()
-    for package in PACKAGES:
-        try:
-            known[package] = version(package)
-        except PackageNotFoundError:
-            known[package] = "not installed"
-    return known
+    return known | {package: package_version(package) for package in PACKAGES}
 
 
 def describe(body: Body) -> str:

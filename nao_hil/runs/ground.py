@@ -40,10 +40,6 @@ def known_ground(scenario: Scenario, body: Body) -> KnownGround:
 
     Level boxes that cannot be moved count as ground; random ground and later events are unknown.
 
-    Args:
-        scenario: the world.
-        body: data sheet.
-
     Raises:
         ConfigurationError: ground that no straight walk can be planned over: a floor that leans sideways, a
             robot that starts turned, a box that is turned, or one too high to step on.

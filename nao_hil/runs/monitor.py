@@ -15,6 +15,7 @@ from bridge.link.session import subscribe, try_client
 from bridge.messages import Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.codec import M
 from bridge.messages.guard import GuardStatus
+from bridge.types import Closing
 
 _MAX_NOTICES: Final = 1000
 """Notices kept until the next read; of a flood of more the oldest are dropped."""
@@ -60,7 +61,7 @@ class Subscription:
             self._session.close()
 
 
-class Monitor:
+class Monitor(Closing):
     """Open ear on `nao/<robot>`; close it, or use it as a context manager.
 
     Args:
@@ -121,12 +122,6 @@ class Monitor:
     def close(self) -> None:
         """Leave the network."""
         self._subscription.close()
-
-    def __enter__(self) -> Monitor:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def walk_in_force(

@@ -25,12 +25,7 @@ from walker.service import WalkService
 
 
 class LocalWalker:
-    """A walker beside its robot, called directly: no link.
-
-    Args:
-        robot: That it walks.
-        service: Takes its orders.
-    """
+    """A walker beside its robot, called directly: no link."""
 
     def __init__(self, robot: EmulatedRobot, service: WalkService) -> None:
         self._robot, self._service = robot, service

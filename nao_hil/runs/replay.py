@@ -18,6 +18,7 @@ from bridge.link.session import open_robot
 from bridge.messages import Info, LeaseReply, LeaseRequest, SensorFrame, decode, encode
 from bridge.recording.canonical import RECORDED
 from bridge.recording.playback import read_recording, recorded_body
+from bridge.types import Closing
 from nao_hil import __version__
 
 SIDE: Final = "replay"
@@ -25,7 +26,7 @@ SIDE: Final = "replay"
 _NO: Final = "A recording is played back here; it takes no commands."
 
 
-class Replay:
+class Replay(Closing):
     """The robot side of a recording; close it, or use it as a context manager.
 
     Args:
@@ -112,9 +113,3 @@ class Replay:
     def close(self) -> None:
         """Leave the network."""
         self._session.close()
-
-    def __enter__(self) -> Replay:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

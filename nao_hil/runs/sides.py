@@ -10,7 +10,6 @@ from typing import Final
 from bridge.errors import LinkError
 from bridge.messages import SensorFrame
 from nao_hil.runs.announcer import WALKER_ENDED, Announcer
-from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.supervisor import Child, ChildResult
 
@@ -28,22 +27,19 @@ class Sides:
     """Robot and walker as two processes.
 
     Args:
-        settings: Of the run.
-        directory: Its folder.
+        directory: Folder of the run.
         name: Id of the robot.
         listen: Zenoh endpoint of the robot.
         serve: The walker waits for commands, and is started again when it ends.
     """
 
-    def __init__(
-        self, settings: RunConfig, directory: RunDirectory, name: str, listen: str, *, serve: bool
-    ) -> None:
+    def __init__(self, directory: RunDirectory, name: str, listen: str, *, serve: bool) -> None:
         directory.release()  # the robot's process takes it
         self._folder, common = directory.path, ["--name", name, "--config", str(directory.config), "--json"]
         self._robot = Child(
             "robot", ["emulate", "--listen", listen, "--out", str(self._folder), *common], self._folder
         )
-        self._serve, self._mode = serve, settings.mode
+        self._serve = serve
         self._walk = ["walk", "--connect", listen, *(["--serve"] if serve else []), *common]
         self._walker = Child("walker", self._walk, self._folder)
         self._announcer = Announcer(name, listen)

@@ -1,24 +1,19 @@
-"""Results under the fingerprint of their inputs, each computed once; rows of walks."""
+"""Fingerprint of a walk, and its row in a data set."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from datetime import datetime, timezone
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 
 from bridge.body import load_body
 from emulator.wear import load_wear
-from nao_hil.files import write_bytes
 from nao_hil.runs.fingerprint import fingerprint, library_versions, source_hash
 from nao_hil.runs.walk import Ending, Walk, WalkEnd, WalkOutcome
 from walker.gaits.catalogue import policy_files
-
-Result = TypeVar("Result", bound=msgspec.Struct)
 
 
 def key(walk: Walk) -> str:
@@ -30,27 +25,6 @@ def key(walk: Walk) -> str:
     policy = [hashlib.sha256(file.read_bytes()).hexdigest() for gait in gaits for file in policy_files(gait)]
     walk = msgspec.structs.replace(walk, name="", config=config, body=None, wear=None)
     return fingerprint(walk, body, wear, *policy)
-
-
-def stored(file: Path, key: str, kind: type[Result], make: Callable[[], Result]) -> Result:
-    """The result in `file` if stored under the same key; else the result of `make`, which is stored.
-
-    Args:
-        file: JSON.
-        key: Fingerprint of the inputs of the result.
-        kind: Type of the result.
-        make: Computes the result.
-    """
-    try:
-        found, data = msgspec.json.decode(file.read_bytes(), type=tuple[str, msgspec.Raw])
-        if found == key:
-            return msgspec.json.decode(data, type=kind)
-    except (OSError, msgspec.DecodeError):
-        pass
-    result = make()
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_bytes(file, msgspec.json.encode((key, result)))
-    return result
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):

@@ -48,7 +48,7 @@ class Child:
 
     def __init__(self, name: str, arguments: list[str], folder: Path, place: tuple[str, ...] = ()) -> None:
         self.name = name
-        self._asked = False
+        self._asked, self._reported = False, 0
         self._out, self._log = folder / f"{name}.out", folder / f"{name}.log"
         with self._out.open("w") as out, self._log.open("w") as log:
             self._process = subprocess.Popen(
@@ -84,6 +84,12 @@ class Child:
     def stderr(self) -> str:
         """Its stderr so far."""
         return self._log.read_text()
+
+    def new_lines(self) -> list[str]:
+        """Whole lines of its stderr since the last call."""
+        text = self.stderr
+        begin, self._reported = self._reported, text.rfind("\n") + 1
+        return text[begin : self._reported].split("\n")[:-1]
 
     def ask_to_end(self) -> None:
         """Send it a Ctrl-C, unless it has ended or got one already: a second one would end it in disorder."""

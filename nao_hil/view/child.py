@@ -30,7 +30,8 @@ class LivePage(Child):
     def __init__(self, robot: str, connect: str, port: int, folder: Path) -> None:
         view = ["view", "--name", robot, "--connect", connect, "--port", str(port), "--run", str(folder)]
         super().__init__("page", view, folder)
-        self._reported = False
+        self._known = False
+        """The address is printed, or why there is none."""
         self._restarts = 0
 
     def restart(self) -> dict[str, str] | None:
@@ -44,12 +45,12 @@ class LivePage(Child):
 
     def report(self, console: Console) -> None:
         """Print the address once it is served, or the one sentence why it is not."""
-        if self._reported:
+        if self._known:
             return
-        for line in self.stderr.splitlines():
+        for line in self.new_lines():
             if line.startswith(READY):
-                console.print(line, highlight=False)
-                self._reported = True
-        if not self._reported and not self.running:
-            console.print(f"no page: {self.end(0.0).error}", highlight=False)
-            self._reported = True
+                console.print(line)
+                self._known = True
+        if not self._known and not self.running:
+            console.print(f"no page: {self.end(0.0).error}")
+            self._known = True

@@ -6,7 +6,7 @@ import contextlib
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, TypeVar
 
 from bridge.errors import FrameError, LinkError, NaoHilError
 from bridge.link import keys
@@ -99,11 +99,7 @@ def stop_all(names: Iterable[str], connect: str) -> str:
     return " ".join(f"{name}: {waiting[name].result()}" for name in in_order(waiting))
 
 
-class _Client(Protocol):
-    def close(self) -> None: ...
-
-
-C = TypeVar("C", bound=_Client)
+C = TypeVar("C")
 
 
 class Commands:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.link.session import in_order
-from nao_hil.runs.folder import RECORDING
+from nao_hil.runs.folder import RECORDING, run_name
 
 SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "compare.js", "live.js", "video.js", "player.js")
 WEB: Final = Path(__file__).parent / "web"
@@ -85,7 +85,7 @@ def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
     from nao_hil.view.recorded_run import recorded_rows
     from nao_hil.view.surroundings import recorded_world
 
-    titles = [file.resolve().parent.name if file.name == RECORDING else file.stem for file in recordings]
+    titles = list(map(run_name, recordings))
     runs = [
         recorded_rows(load(file), title, recorded_world(file))
         for file, title in zip(recordings, titles, strict=True)

@@ -23,11 +23,7 @@ MAX_ROWS: Final = 20_000
 
 
 class TruthTrack:
-    """Ground truth of a recorded robot by its time, up to its first reset.
-
-    Args:
-        run: The run.
-    """
+    """Ground truth of a recorded robot by its time, up to its first reset."""
 
     def __init__(self, run: Run) -> None:
         self.body = run.body

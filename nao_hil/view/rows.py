@@ -132,11 +132,7 @@ def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
 
 
 class _DrawnBody:
-    """Shapes and joints of a body, as the page draws it.
-
-    Args:
-        body: Data sheet.
-    """
+    """Shapes and joints of a body, as the page draws it."""
 
     def __init__(self, body: Body) -> None:
         self.parts = shell(body)

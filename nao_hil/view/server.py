@@ -105,12 +105,6 @@ class Browser:
 class PageServer:
     """Serves the page until `close`.
 
-    Args:
-        host: Address to listen on.
-        port: TCP port.
-        access: Who may open it.
-        tls: Serve it over TLS.
-
     Raises:
         ConfigurationError: websockets is not installed.
         LinkError: the place cannot be listened on.
@@ -226,12 +220,7 @@ class PageServer:
 
 
 def door(access: Access, file: Callable[[str], Answer]) -> Callable[[Any, Any], Any]:
-    """Gives the response to a request; None: the WebSocket opens.
-
-    Args:
-        access: Who may ask.
-        file: Answers to a path.
-    """
+    """Gives the response to a request; None: the WebSocket opens."""
 
     def check(_: Any, request: Any) -> Any:
         """Refuse a request from elsewhere, or answer it with a file; None: a WebSocket may open."""

@@ -35,11 +35,7 @@ class Footprint(NamedTuple):
 
 
 class Footprints:
-    """Follows the feet of a robot.
-
-    Args:
-        kinematics: Of its body.
-    """
+    """Follows the feet of a robot."""
 
     def __init__(self, kinematics: FloatingBase) -> None:
         self._kinematics = kinematics

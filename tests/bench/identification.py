@@ -1,7 +1,7 @@
 """Drives of emulated robots that differ from `nominal` in every unknown: recorded, fitted, against the truth.
 
 The robots are members of the ensemble of the V3, hanging, on MuJoCo, each recorded with `nao-hil excite` and
-fitted with `nao-hil identify`. `MODEL_ERROR` of the fit is calibrated on some; the others test the intervals.
+fitted with `nao-hil identify`. `model_error` of the fit is calibrated on some; the others test the intervals.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from nao_hil.runs.config import run_config
 
 BODY: Final = "nao-v3"
 CALIBRATION: Final = range(40, 43)
-"""Members that `MODEL_ERROR` is calibrated on."""
+"""Members that `model_error` is calibrated on."""
 CALIBRATION_SEED: Final = 9000
 """Seed of member 0; that of member k is k more."""
 VALIDATION: Final = range(30, 40)
@@ -65,7 +65,7 @@ def measure(
 
 
 calibrate = functools.partial(measure, CALIBRATION, CALIBRATION_SEED)
-"""Measurement on the robots that calibrate `MODEL_ERROR`."""
+"""Measurement on the robots that calibrate `model_error`."""
 
 
 def recover(member: int, seed: int, duration: float) -> Iterator[Recovered]:

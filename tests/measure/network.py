@@ -20,9 +20,9 @@ from nao_hil.analysis.statistics import Share
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Drawing, Experiment, Measured
 from nao_hil.runs.campaign import Interrupted
-from nao_hil.runs.store import stored
 from tests.measure.network_walks import NetworkWalk, Pair, options, walk_key
 from tests.measure.site import NetworkConditions, Site
+from tests.measure.stored import stored
 
 STEPS: Final = {"omni": 16}
 """Of a walk, by gait; `FEW_STEPS` of the others."""

@@ -21,9 +21,9 @@ from nao_hil.analysis.report.render import Claim, ReportTable, table, yes_no
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.experiment import Experiment
 from nao_hil.runs.campaign import Interrupted
-from nao_hil.runs.store import stored
 from tests.measure.network_walks import Pair, options, walk_key
 from tests.measure.site import NetworkConditions, Site
+from tests.measure.stored import stored
 
 STEPS: Final = {"static": 6, "dynamic": 30}
 """Of a walk, by gait; it lasts some 20 s."""

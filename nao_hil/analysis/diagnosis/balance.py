@@ -79,11 +79,7 @@ class Balance(NamedTuple):
 
 
 class BalanceEstimator:
-    """Follows a robot cycle by cycle; new from the start after a reset.
-
-    Args:
-        body: The data sheet.
-    """
+    """Follows a robot cycle by cycle; new from the start after a reset."""
 
     def __init__(self, body: Body) -> None:
         self.body, self.kinematics = body, FloatingBase(body)

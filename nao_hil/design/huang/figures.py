@@ -38,12 +38,6 @@ _POSE_SPACING: Final = 0.17
 def draw(p: HuangParameters, body: Body, choice: Choice, folder: Path) -> list[Path]:
     """Draw a plan.
 
-    Args:
-        p: parameters.
-        body: data sheet.
-        choice: of the search.
-        folder: for the pictures.
-
     Returns:
         The files.
     """

@@ -226,12 +226,7 @@ def perturbations(
 
 
 def worst_case(design: TorsoDesign, plants: list[control.TransferFunction]) -> WorstCase:
-    """The worst figures of a design's controller over several plants.
-
-    Args:
-        design: of the controller.
-        plants: continuous.
-    """
+    """The worst figures of a design's controller over several plants."""
     sample_time = design.controller.sample_time
     results = [assemble(plant, design.notch_q, design.pi, sample_time) for plant in plants]
     stable = all(result.stable for result in results)

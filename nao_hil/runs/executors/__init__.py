@@ -6,10 +6,13 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from bridge.errors import ConfigurationError
-from nao_hil.runs.executors.base import Executor, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
+from nao_hil.runs.executors.base import Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
+
+if TYPE_CHECKING:  # dask is an extra
+    from nao_hil.runs.executors.dask import DaskExecutor
 
 __all__ = ["Executor", "Finished", "Job", "RunFailed", "WorkerRefused", "local_workers", "open_executor"]
 
@@ -25,7 +28,14 @@ class InlineExecutor:
         self._stop = stop
 
     def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
-        """As `Executor.run`."""
+        """Carry out jobs; each once, in the order of completion; ends early when stopped.
+
+        Takes a few jobs ahead of those that are done, so that any number of them can be streamed through.
+
+        Raises:
+            WorkerRefused: a worker has other sources.
+            LinkError: the cluster cannot be reached, or cannot be reached any more.
+        """
         here = Versions.here()
         for place, job in enumerate(jobs):
             if self._stop.is_set():
@@ -36,6 +46,7 @@ class InlineExecutor:
         """Nothing is under way."""
 
 
+Executor: TypeAlias = "InlineExecutor | DaskExecutor"
 FORMS: Final = "`inline`, `local`, `local:N`, `tcp://HOST:PORT` or `tls://HOST:PORT`"
 
 

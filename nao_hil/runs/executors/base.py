@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from bridge.errors import NaoHilError
 from nao_hil.runs.fingerprint import PROCESSES, library_versions, source_hash
@@ -42,25 +42,6 @@ class Finished(NamedTuple):
     error: NaoHilError | None
     seconds: float
     """Wall time of the call, s."""
-
-
-class Executor(Protocol):
-    """Carries out jobs."""
-
-    def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
-        """Carry out jobs; each once, in the order of completion; ends early when stopped.
-
-        Takes a few jobs ahead of those that are done, so that any number of them can be streamed through.
-
-        Raises:
-            WorkerRefused: a worker has other sources.
-            LinkError: the cluster cannot be reached, or cannot be reached any more.
-        """
-        ...
-
-    def close(self) -> None:
-        """Give up running jobs."""
-        ...
 
 
 class Versions(NamedTuple):

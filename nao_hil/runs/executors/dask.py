@@ -15,7 +15,7 @@ import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from itertools import islice
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import dask
 from distributed import Client, LocalCluster, Security
@@ -50,25 +50,6 @@ _SETTINGS: Final = {
 }
 
 
-class SchedulerConnection(Protocol):
-    """Makes clients of one scheduler."""
-
-    address: str
-    """As text for the terminal."""
-
-    def open(self) -> Any:
-        """A client.
-
-        Raises:
-            OSError: no answer there.
-        """
-        ...
-
-    def close(self) -> None:
-        """End the started processes and their jobs."""
-        ...
-
-
 def _silence() -> None:
     """Faults are raised; dask's own log would interrupt the progress display."""
     for name in list(logging.root.manager.loggerDict):
@@ -77,11 +58,7 @@ def _silence() -> None:
 
 
 class LocalProcesses:
-    """A scheduler in this process, and worker processes of one thread each that end with it.
-
-    Args:
-        workers: Processes.
-    """
+    """A scheduler in this process, and worker processes of one thread each that end with it."""
 
     def __init__(self, workers: int) -> None:
         self.address = f"local:{workers}"
@@ -128,7 +105,11 @@ class Scheduler:
         self.address = address
 
     def open(self) -> Any:
-        """A client."""
+        """A client.
+
+        Raises:
+            OSError: no answer there.
+        """
         _silence()
         security = Security(require_encryption=True) if self.address.startswith("tls") else None
         return Client(self.address, timeout=ANSWER_TIMEOUT, security=security, set_as_default=False)
@@ -167,7 +148,7 @@ class DaskExecutor:
     """
 
     def __init__(
-        self, connection: SchedulerConnection, stop: threading.Event, notify: Callable[[str], None]
+        self, connection: LocalProcesses | Scheduler, stop: threading.Event, notify: Callable[[str], None]
     ) -> None:
         self._connection, self._stop, self._notify = connection, stop, notify
         self._client: Any = None
@@ -177,7 +158,7 @@ class DaskExecutor:
         """Beginning of the time without a worker, s."""
 
     def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
-        """As `Executor.run`."""
+        """As `InlineExecutor.run`."""
         if self._client is None:
             self._client = self._reach(first=True)
         flight = _Flight(self._client)
@@ -272,11 +253,7 @@ class DaskExecutor:
 
 
 class _Flight:
-    """Jobs under way at a scheduler.
-
-    Args:
-        client: Of the scheduler.
-    """
+    """Jobs under way at a scheduler."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -292,9 +269,6 @@ class _Flight:
 
     def submit(self, jobs: Mapping[int, Job]) -> None:
         """Give the scheduler these and all others that it lacks, at once: it keeps a note of each submission.
-
-        Args:
-            jobs: By place.
 
         Raises:
             _Lost: the scheduler is lost.

@@ -20,8 +20,9 @@ from nao_hil.runs import fingerprint
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import IN_PROCESS, PROCESSES, ROOT, source_hash
-from nao_hil.runs.store import key, stored
+from nao_hil.runs.store import key
 from nao_hil.runs.walk import Walk
+from tests.measure.stored import stored
 
 WALK = Walk(name="a", config=RunConfig(gait="dynamic"), duration=1.0)
 

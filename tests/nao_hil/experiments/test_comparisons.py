@@ -18,7 +18,7 @@ from nao_hil.analysis.statistics import mean_of, share_of, wilson
 from nao_hil.experiments import mechanisms, obstacle
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.conditions import Condition, pairs
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Context, Task
 from nao_hil.experiments.experiment import Measured, bounded
 from nao_hil.experiments.obstacle import HEIGHT, board, heights, landing_force, steps_down
 from nao_hil.experiments.torso_control import drift_claims, torso_claims
@@ -229,8 +229,8 @@ def falling_from_the_eighth_seed(task: Walk) -> WalkEnd:
 def test_a_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
     """Lower bound of 19 of 20: 0.764, of 20: 0.839 (Wilson 1927). One fall decides against 0.8."""
     context = made_context(MadeCampaign(falling_from_the_eighth_seed), tmp_path, range(20))
-    conditions = [context.walks(name, "static", 60.0) for name in ("stands", "falls")]
-    stands, falls = context.run_until_certain(0.8, *conditions)
+    conditions = {name: Task("static", 60.0).walks(context, name) for name in ("stands", "falls")}
+    stands, falls = context.run_until_certain(0.8, conditions).values()
     assert [result.seed for result in stands] == list(range(20))
     assert [result.seed for result in falls] == list(range(10))  # two blocks of five
 
@@ -238,8 +238,8 @@ def test_a_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path:
 def test_seeds_too_few_for_any_verdict_are_all_walked(tmp_path: Path) -> None:
     """Lower bound of 2 of 2: 0.342, which never reaches 0.8."""
     context = made_context(MadeCampaign(falling_from_the_eighth_seed), tmp_path, (0, 1))
-    (stands,) = context.run_until_certain(0.8, context.walks("stands", "static", 60.0))
-    assert [result.seed for result in stands] == [0, 1]
+    walks = Task("static", 60.0).walks(context, "stands")
+    assert [result.seed for result in context.run_until_certain(0.8, {"": walks})[""]] == [0, 1]
 
 
 def test_conditions_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
@@ -248,7 +248,7 @@ def test_conditions_differ_in_their_switches_and_changes_hold_for_their_own_gait
     )
     context = made_context(MadeCampaign(most=3), tmp_path, (3,), changes)
     off = {"controller.switches.torso": "none"}
-    (static,), (dynamic,) = (context.walks("off", gait, 1.0, off) for gait in ("static", "dynamic"))
+    (static,), (dynamic,) = (Task(gait, 1.0).walks(context, "off", off) for gait in ("static", "dynamic"))
     assert (static.config.controller, static.config.parameters) == ({"switches": {"torso": "none"}}, {})
     assert dynamic.config.controller == {"switches": {"torso": "none"}, "leg": {"D": 99.0}}
     assert (dynamic.config.parameters, dynamic.config.seed) == ({"z": 0.24}, 3)

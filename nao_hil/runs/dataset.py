@@ -1,13 +1,18 @@
-"""A folder of walks: a journal, parts of Parquet that are never changed, and tracks where they are kept."""
+"""A folder of walks: a journal, parts of Parquet that are never changed, and tracks where they are kept.
+
+A row is a walk, under the key of all that it depends on. The newest rows are lines of JSON, on the disk before
+the next walk begins: one file per writer.
+"""
 
 from __future__ import annotations
 
 import fcntl
 import os
+import socket
 import uuid
 import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +24,6 @@ import pyarrow.parquet as pq
 
 from bridge.errors import ConfigurationError
 from nao_hil.files import atomic_path
-from nao_hil.runs.dataset.journal import Abandoned, Journal, rows_of
 from nao_hil.runs.run import Table
 from nao_hil.runs.store import Row, row
 from nao_hil.runs.walk import NO_TRACK, Walk, WalkOutcome
@@ -28,6 +32,8 @@ PATTERN: Final = "part-*.parquet"
 _TYPES: Final = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
 SCHEMA: Final = pa.schema([(name, _TYPES.get(kind, pa.string())) for name, kind in Row.__annotations__.items()])
 """Columns of a part: the fields of `Row`."""
+SUFFIX: Final = ".jsonl"
+"""Of a journal."""
 
 
 def write_part(folder: Path, rows: Sequence[Row]) -> Path:
@@ -71,6 +77,57 @@ def _read(folder: Path, keys: Collection[str], columns: list[str] | None) -> pa.
         ) from None
 
 
+class Journal:
+    """A file that this process alone writes; its lock shows others that its writer is alive."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.path = folder / f"{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}{SUFFIX}"
+        self._file = self.path.open("ab")
+        fcntl.flock(self._file, fcntl.LOCK_EX)
+
+    def append(self, row: Row) -> None:
+        """Write a row; on the disk when this returns."""
+        self._file.write(msgspec.json.encode(row) + b"\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def remove(self) -> None:
+        """Its rows are elsewhere now."""
+        self.path.unlink()
+        self._file.close()
+
+
+def rows_of(path: Path) -> list[Row]:
+    """The rows of a journal; the last line of a killed writer may be half, and is none."""
+    rows = []
+    for line in path.read_bytes().splitlines():
+        try:
+            rows.append(msgspec.json.decode(line, type=Row))
+        except msgspec.DecodeError:
+            continue
+    return rows
+
+
+@contextmanager
+def abandoned(folder: Path) -> Iterator[list[Path]]:
+    """The journals of a folder whose writers have ended; locked while in the context."""
+    with ExitStack() as held:
+        paths = []
+        for path in sorted(folder.glob(f"*{SUFFIX}")):
+            try:
+                file = held.enter_context(path.open("rb"))
+            except FileNotFoundError:
+                continue
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                os.stat(path)  # missing if another process has taken it
+            except OSError:
+                continue
+            paths.append(path)
+        yield paths
+
+
 ROWS_PER_PART: Final = 5000
 """Rows of a part."""
 
@@ -102,11 +159,7 @@ class Dataset:
             ) from None
 
     def find(self, walks: Mapping[str, Walk]) -> dict[str, WalkOutcome]:
-        """Finished walks among these, by key; one with an unreadable track counts as not walked.
-
-        Args:
-            walks: By key.
-        """
+        """Finished walks among these, by key; one with an unreadable track counts as not walked."""
         recent = {key: self._recent[key] for key in walks if key in self._recent}
         rows = find_rows(self._folder, walks.keys() - recent.keys()) | recent
         outcomes = {}
@@ -147,7 +200,7 @@ class Dataset:
         self._recent.clear()
 
     def _take_in(self) -> None:
-        with self._lock(), Abandoned(self._folder / "journal") as journals:
+        with self._lock(), abandoned(self._folder / "journal") as journals:
             rows = {row.key: row for path in journals for row in rows_of(path)}
             self._add(list(rows.values()))
             for path in journals:
