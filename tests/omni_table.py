@@ -19,6 +19,7 @@ from typing import Any, Final, NamedTuple
 import msgspec
 import numpy as np
 
+from bridge import rotations
 from bridge.messages.world import PlaceObject
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
@@ -55,12 +56,12 @@ def _cells() -> Iterator[Cell]:
         (
             "nao-v6",
             "nominal",
-            ((0.4, 0, 0), (0.35, 0, 0), (0.2, 0, 0), (-0.25, 0, 0), (0, 0.25, 0), (0, -0.25, 0)),
+            ((0.4, 0, 0), (0.35, 0, 0), (0.2, 0, 0), (-0.25, 0, 0), (0, 0.25, 0), (0, -0.25, 0), (0, 0.15, 0)),
         ),
         ("nao-v6", "nominal", ((0, 0, 1.5), (0, 0, -1.5), (0, 0, 0.8), (0.15, 0, 0.6), (0.2, 0.1, 0.5))),
         ("nao-v6", "nominal", ((-0.1, -0.1, -0.8),)),
         ("nao-v6", "ensemble", ((0.32, 0, 0), (-0.2, 0, 0), (0, 0.2, 0), (0, 0, 1.2))),
-        ("nao-v3", "nominal", ((0.32, 0, 0), (0, 0.2, 0), (0, 0, 1.2))),
+        ("nao-v3", "nominal", ((0.32, 0, 0), (0, 0.2, 0), (0, 0.15, 0), (0, 0, 1.2))),
     ):
         for x, y, turn in velocities:
             yield Cell(f"{robot} {wear} {x:g} {y:g} m/s {turn:g} rad/s", (x, y, turn), robot, wear)
@@ -124,6 +125,9 @@ class Result(NamedTuple):
 
     stood: bool
     velocity: tuple[float, float, float] | None
+    """Mean in the torso's heading after the settling."""
+    turns: tuple[float, float] | None
+    """Largest and last turn off the heading at the start, deg; None: a turn was asked, or a push given."""
 
 
 def measure(cell: Cell, engine: str, seed: int) -> Result:
@@ -137,7 +141,7 @@ def measure(cell: Cell, engine: str, seed: int) -> Result:
         parameters=dict(zip(PARAMETERS, cell.velocity, strict=True)),
     )
     if cell.get_up:
-        return Result(get_up(config).drop.stands, None)
+        return Result(get_up(config).drop.stands, None, None)
     random = np.random.default_rng(seed)
     task = Walk(
         name=cell.name, config=config, duration=cell.duration, stand=cell.stand, pushes=_push(cell, random)
@@ -145,7 +149,12 @@ def measure(cell: Cell, engine: str, seed: int) -> Result:
     outcome = walk(msgspec.structs.replace(task, **_world(cell, random)))
     moves = not cell.stand and cell.push is None
     track = outcome.track.until(outcome.end.time)
-    return Result(outcome.end.survived, heading_velocity(track) if moves else None)
+    velocity = heading_velocity(track) if moves else None
+    if not moves or cell.velocity[2]:
+        return Result(outcome.end.survived, velocity, None)
+    heading = np.degrees(np.unwrap(rotations.yaw(track["world/truth.torso_orientation"])))
+    turned = np.abs(heading - heading[0])
+    return Result(outcome.end.survived, velocity, (float(turned.max()), float(turned[-1])))
 
 
 def main() -> None:
@@ -157,7 +166,8 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--only", default="")
     given = parser.parse_args()
-    print(f"| {given.engine}, n = {given.seeds} | stood | interval | measured, median |\n|---|---|---|---|")
+    print(f"| {given.engine}, n = {given.seeds} | stood | interval | measured, median | turn, deg |")
+    print("|---|---|---|---|---|")
     seeds = range(given.first_seed, given.first_seed + given.seeds)
     with ProcessPoolExecutor(given.processes) as pool:
         for cell in (each for each in CELLS if given.only in each.name):
@@ -166,7 +176,14 @@ def main() -> None:
             walked = [result.velocity for result in results if result.velocity is not None]
             median = ", ".join(f"{v:.3f}" for v in np.median(walked, axis=0)) if walked else ""
             interval = percent(wilson(stood, len(results)))
-            print(f"| {cell.name} | {stood} of {len(results)} | {interval} | {median} |")
+            turns = np.array([result.turns for result in results if result.turns is not None])
+            turn = (
+                f"{np.median(turns[:, 0]):.0f}, at most {turns[:, 0].max():.0f}; at the end "
+                f"{math.sqrt(np.mean(np.square(turns[:, 1]))):.0f} in the quadratic mean"
+                if len(turns)
+                else ""
+            )
+            print(f"| {cell.name} | {stood} of {len(results)} | {interval} | {median} | {turn} |")
             sys.stdout.flush()
 
 
