@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-TIMEOUT: Final = 120.0
+TIMEOUT: Final = 300.0
 """s for what takes well under a second on an idle machine."""
 
 
