@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -99,8 +100,8 @@ def test_a_stop_of_no_words_is_a_stop(payload: bytes, endpoint: str) -> None:
         person.wait_robot(timeout=TIMEOUT)
         asked = threading.Thread(target=lambda: person.query("stop", payload))
         asked.start()
-        for seq in repeat_while(lambda: host.guard.armed):
-            host.exchange(sensors(seq))
+        seqs = itertools.count()
+        until(lambda: host.exchange(sensors(next(seqs))) or not host.guard.armed, "the stop")
         asked.join()
         assert host.guard.status.reason == "stop"
 
