@@ -19,10 +19,10 @@ import msgpack
 import pytest
 
 from bridge.adapters.lola.address import Address, parse_address
-from bridge.adapters.lola.bridge import LolaBridge, LolaCounts
+from bridge.adapters.lola.bridge import LolaBridge, LolaCounts, LolaDevice
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.body.postures import POSTURES
-from bridge.errors import ConfigurationError
+from bridge.errors import ConfigurationError, LinkError
 from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
 from bridge.link.client import GuardClient
@@ -251,6 +251,25 @@ def test_a_silent_controller_s_robot_is_brought_down_while_a_sensor_cannot_be_re
         until(lambda: guard.status().state == "rest", "the robot to rest")
     assert max(lola.maps[-1]["Stiffness"]) <= GuardSettings().crouch.rest_stiffness + 1e-6
     assert lola.maps[-1]["Position"][10] > 1.0  # the knee: it crouched first
+
+
+def test_only_waiting_counts_as_silence_and_not_a_pause_of_the_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At each look at the clock an hour has passed."""
+    path, clock = str(tmp_path / "robocup"), itertools.count(0.0, 3600.0)
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(path)
+        listener.listen()
+        with LolaDevice(parse_address(path), silence=1.0) as device, listener.accept()[0] as peer:
+            monkeypatch.setattr("bridge.adapters.lola.bridge.time.monotonic", lambda: next(clock))
+            for _ in range(2):
+                assert [device.packets(0.25) for _ in range(4)] == [None] * 4
+                peer.sendall(msgpack.packb(PACKET, use_single_float=True))
+                assert device.packets(0.25) is not None
+            with pytest.raises(LinkError, match="has been silent for 1 s"):
+                for _ in range(5):
+                    device.packets(0.25)
 
 
 def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, endpoint: str) -> None:
