@@ -10,7 +10,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -329,10 +328,16 @@ def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path
         assert newest(link).position == pytest.approx(PACKET["Position"])
 
 
+STIFFNESS = [0.75, -1.0, *[0.5] * 23]
 COMMAND = msgpack.packb(
-    {"Position": [0.25] * 25, "Stiffness": [0.75, -1.0, *[0.5] * 23], "Sonar": [True, False]},
-    use_single_float=True,
+    {"Position": [0.25] * 25, "Stiffness": STIFFNESS, "Sonar": [True, False]}, use_single_float=True
 )
+
+
+def until_reported(client: socket.socket, stiffness: list[float]) -> None:
+    """Wait until the relay has passed on a packet with this stiffness, from which it begins a ramp."""
+    wanted, read = msgpack.packb(stiffness, use_single_float=True), bytearray()
+    until(lambda: read.extend(client.recv(65536)) or wanted in read, "the stiffness in the packets", pause=0.0)
 
 
 @pytest.mark.parametrize("python", PYTHONS.values(), ids=PYTHONS)
@@ -346,7 +351,7 @@ def test_the_relay_rests_the_joints_of_a_client_that_is_gone(
             client.sendall(COMMAND)
             until(lambda: lola.maps, "the command")
             assert list(lola.maps[0]) == ["Position", "Stiffness", "Sonar"]
-            time.sleep(0.1)
+            until_reported(client, STIFFNESS)
             assert len(lola.maps) == 1
             if end == "dies in a map":
                 client.sendall(COMMAND[:100])
@@ -371,8 +376,7 @@ def test_the_relay_crouches_first_with_a_robot_that_stands(lola: FakeLola, tmp_p
     with relaying("127.0.0.1:0", tmp_path / "robocup", python) as (port, _):
         with socket.create_connection(("127.0.0.1", port), TIMEOUT) as client:
             client.sendall(msgpack.packb({"Stiffness": [0.8] * 25}, use_single_float=True))
-            until(lambda: lola.values["Stiffness"] == lola.maps[-1]["Stiffness"] if lola.maps else False)
-            time.sleep(0.1)
+            until_reported(client, [0.8] * 25)
         until(lambda: "Stiffness" in lola.maps[-1] and lola.maps[-1]["Stiffness"][0] == 0.0, "the release")
     poses = [given["Position"] for given in lola.maps[1:] if "Position" in given]
     legs = range(7, 18)

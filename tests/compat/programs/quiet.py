@@ -38,9 +38,11 @@ compass = session.service("ALVisualCompass")
 compass.enableReferenceRefresh(True)
 compass.subscribe("me")
 for _ in range(3000):  # until it has its picture of before the turn
-    if memory.getData("VisualCompass/Deviation"):
+    try:
+        memory.getData("VisualCompass/Deviation")
         break
-    time.sleep(0.05)
+    except RuntimeError:  # none has come
+        time.sleep(0.05)
 session.service("ALMotion").angleInterpolation("HeadYaw", 0.3, 1.0, False)
 deviation = []
 for _ in range(3000):
