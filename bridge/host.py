@@ -40,11 +40,11 @@ from bridge.messages.guard import GuardStatus
 from bridge.messages.topics import TOPICS, Message
 from bridge.recording.observer import Observer
 
-CONFIRM_TIMEOUT: Final = 0.5
-"""s for which a query waits until the loop has carried it out."""
+CONFIRM_TIMEOUT: Final = 2.0
+"""s for which a query waits until the loop has carried it out; its sender waits longer, and gets the reason."""
 STATUS_INTERVAL: Final = 0.5
 """s of wall clock after which a status that has not changed is published again."""
-DESCENT_TIMEOUT: Final = 15.0
+DESCENT_TIMEOUT: Final = 60.0
 """s for the descent of a standing robot when its bridge ends."""
 
 logger = logging.getLogger(__name__)

@@ -113,7 +113,7 @@ class CycleTimer:
 
 T = TypeVar("T")
 
-MAX_WAIT: Final = 0.8
+MAX_WAIT: Final = 3.0
 """s a handler waits for the next boundary; a controller waits longer for its answer, and so gets the reason."""
 
 

@@ -32,7 +32,7 @@ def main(endpoint: str) -> None:
         for wait in (500, 1000, 1500):
             while ask(wire.GET_TIME, wire.DcmTime()) < now + wait:
                 time.sleep(0.02)
-            print(f"{wait} ms: HeadYaw {link.latest(1.0).position[INDEX['HeadYaw']]:.2f} rad")
+            print(f"{wait} ms: HeadYaw {link.latest(10.0).position[INDEX['HeadYaw']]:.2f} rad")
         link.release()
 
 

@@ -29,7 +29,7 @@ def ask(session, key, message=None, seal=lambda key, payload: None):
     """Answer to a query; an error reply is a sentence."""
     payload = b"" if message is None else msgpack.packb(message)
     attachment = seal(key, payload)
-    for reply in session.get(f"{ROOT}/{key}", payload=payload, attachment=attachment, timeout=5.0):
+    for reply in session.get(f"{ROOT}/{key}", payload=payload, attachment=attachment, timeout=30.0):
         if reply.ok is None:
             raise SystemExit(reply.err.payload.to_bytes().decode())
         return msgpack.unpackb(reply.ok.payload.to_bytes())
@@ -58,7 +58,7 @@ with zenoh.open(config) as session:
         raise SystemExit(lease["message"])
     first, heads = None, []
     while len(heads) < 200:
-        frame = msgpack.unpackb(frames.get(timeout=5.0))
+        frame = msgpack.unpackb(frames.get(timeout=30.0))
         first = first or frame
         heads.append(frame["position"][0])  # slot 0 is HeadYaw
         wanted = list(info["stand"])  # not the measured angles, which sag

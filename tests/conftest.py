@@ -1,4 +1,4 @@
-"""For all tests: a Ctrl-C that children can hear, properties' examples, and the engines that are installed.
+"""For all tests: Ctrl-C that children can hear, no real-time priority, properties' examples, installed engines.
 
 A shell starts background jobs with SIGINT ignored, and what is ignored stays so in every child; a handler of
 this process is the default in its children.
@@ -6,10 +6,14 @@ this process is the default in its children.
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import os
+import resource
 import signal
+import sys
 from importlib.util import find_spec
+from typing import Final
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -27,6 +31,27 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("repeatable")
+
+_PR_CAPBSET_DROP: Final = 24
+"""Number of the prctl request (Linux): processes that are started from now on lack a capability."""
+_CAP_SYS_NICE: Final = 23
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Tests that run beside others start no process with a real-time priority.
+
+    Root may have it; a robot that has it takes the processor from the tests of all other workers.
+    """
+    if "not realtime" in config.option.markexpr and sys.platform == "linux":
+        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+        ctypes.CDLL(None).prctl(_PR_CAPBSET_DROP, _CAP_SYS_NICE, 0, 0, 0)
+
+
+@pytest.fixture(autouse=True)
+def _ordinary_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor do they get it themselves, and with them all later tests: as from a bridge in a thread."""
+    if request.node.get_closest_marker("realtime") is None:
+        monkeypatch.setattr("bridge.realtime.request_real_time", lambda _: False)
 
 
 def pytest_collection_finish() -> None:

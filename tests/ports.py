@@ -17,21 +17,26 @@ _CHOICE: Final = random.SystemRandom()
 _reserved: Final[list[socket.socket]] = []
 
 
-def free_port() -> int:
-    """A TCP port of loopback at which nobody listens and which no other test is given."""
+def free_port(count: int = 1) -> int:
+    """The first of so many free TCP ports of loopback in a row, which no other test is given."""
     for _ in range(1000):
-        port = _CHOICE.randrange(LOWEST, EPHEMERAL)
-        reservation = socket.socket(socket.AF_UNIX)
-        try:
-            reservation.bind(f"\0nao-hil-test-port-{port}")
-            with socket.create_server(("127.0.0.1", port)):
-                pass
-        except OSError:
-            reservation.close()
-            continue
-        _reserved.append(reservation)
-        return port
+        port = _CHOICE.randrange(LOWEST, EPHEMERAL - count)
+        if all(_reserve(each) for each in range(port, port + count)):
+            return port
     raise AssertionError("no port of this machine is free")
+
+
+def _reserve(port: int) -> bool:
+    reservation = socket.socket(socket.AF_UNIX)
+    try:
+        reservation.bind(f"\0nao-hil-test-port-{port}")
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+    except OSError:
+        reservation.close()
+        return False
+    _reserved.append(reservation)
+    return True
 
 
 def free_endpoint() -> str:

@@ -31,7 +31,7 @@ from walker.parameters import ControllerParameters, controller_parameters, merge
 from walker.states.setup import WalkSetup, set_up_walk
 from walker.switches import switch_changes
 
-_REPLY_TIMEOUT: Final = 1.0
+_REPLY_TIMEOUT: Final = 3.0
 """s to wait for the tick that takes a command over, so that the reply contains its effect."""
 _NO_ROBOT: Final = (
     "The walker does not hold a robot yet; start one, arm it after an emergency stop (Arm on the page, or "

@@ -32,7 +32,9 @@ _CAUSES: Final = {
 }
 """OpenSSL's messages, with their causes."""
 _HINT: Final = "`nao-hil keys DIR` makes them"
-_HANDSHAKE_TIMEOUT: Final = 1.0
+_CONNECT_TIMEOUT: Final = 1.0
+"""s for the system to connect to a place where somebody listens."""
+_HANDSHAKE_TIMEOUT: Final = 5.0
 """s for a handshake that finds the reason of a failed one."""
 
 
@@ -178,10 +180,11 @@ def check_peer(locator: str, files: Certificates) -> None:
     context.load_cert_chain(files.certificate, files.private_key)
     try:
         with (
-            socket.create_connection((host, int(port)), _HANDSHAKE_TIMEOUT) as plain,
-            context.wrap_socket(plain, server_hostname=host) as link,
+            socket.create_connection((host, int(port)), _CONNECT_TIMEOUT) as plain,
+            context.wrap_socket(plain, server_hostname=host, do_handshake_on_connect=False) as link,
         ):
             link.settimeout(_HANDSHAKE_TIMEOUT)
+            link.do_handshake()
             link.recv(1)  # in TLS 1.3 the server judges the client after the handshake
     except ssl.SSLCertVerificationError as error:
         why = _cause(error)

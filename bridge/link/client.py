@@ -59,7 +59,7 @@ class Client(Closing):
         self._session.close()
 
 
-_ANSWER_TIMEOUT: Final = 2.0
+_ANSWER_TIMEOUT: Final = 5.0
 """s to wait for an answer."""
 _RETRY_INTERVAL: Final = 0.05
 """s between two attempts."""
@@ -68,7 +68,7 @@ _RETRY_INTERVAL: Final = 0.05
 class GuardClient(Client):
     """Asks the guard of one robot; close it, or use it as a context manager."""
 
-    CONNECT_TIMEOUT = 3.0
+    CONNECT_TIMEOUT = 5.0
 
     def status(self) -> GuardStatus:
         """State of the guard.
@@ -108,7 +108,7 @@ class GuardClient(Client):
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")
 
 
-def link_robots(connect: str = keys.DEFAULT_ENDPOINT, connect_timeout: float = 3.0) -> list[str]:
+def link_robots(connect: str = keys.DEFAULT_ENDPOINT, connect_timeout: float = 5.0) -> list[str]:
     """Ids of all robots of a link.
 
     Args:
@@ -233,7 +233,7 @@ class WorldClient(Client):
 
     ROLE = "world"
 
-    def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
+    def send(self, command: WorldCommand, timeout: float = 10.0) -> WorldReply:
         """Carry out a command; the state of the world after it.
 
         Args:

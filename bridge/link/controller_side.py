@@ -35,12 +35,13 @@ from bridge.messages.walk import UpperBody
 from bridge.types import Closing
 
 _QUEUE_SIZE: Final = 64
-_QUERY_TIMEOUT: Final = 1.0
-"""s a query may take."""
+_QUERY_TIMEOUT: Final = 5.0
+"""s a query may take, to a robot that is starved or stands still for a while."""
 _RETRY_INTERVAL: Final = 0.05
 """s between two attempts to find the robot."""
-_WORLD_INTERVAL: Final = 1.0
-"""s within which the robots of one world announce themselves, one after another."""
+_WORLD_LOOKS: Final = 30
+"""Looks, `_RETRY_INTERVAL` apart, within which the robots of one world announce themselves, one after another;
+a time would also pass while this process or the whole machine stands still."""
 
 
 class ControllerLink(Closing):
@@ -153,7 +154,7 @@ class ControllerLink(Closing):
             ConfigurationError: the certificates cannot be used, for example because they expired meanwhile.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
-        others_seen: float | None = None
+        looks = 0
         search = Search(self.robot, self.endpoint)
         while not stop():
             if not self._connect():
@@ -165,8 +166,8 @@ class ControllerLink(Closing):
             else:
                 check_certificates(self.endpoint, "controller")
                 if deadline is not None and (others := self._other_robots()):
-                    others_seen = time.monotonic() if others_seen is None else others_seen
-                    if time.monotonic() < min(others_seen + _WORLD_INTERVAL, deadline):
+                    looks += 1
+                    if looks < _WORLD_LOOKS and time.monotonic() < deadline:
                         continue
                     raise LinkError(f"There is no robot `{self.robot}` at {self.endpoint}{others}.")
             if deadline is None:

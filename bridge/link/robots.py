@@ -16,7 +16,7 @@ from bridge.link.query import ask
 from bridge.link.session import robots, subscribe, try_client
 from bridge.messages import Info, TruthFrame, decode
 
-_ANSWER_TIMEOUT: Final = 2.0
+_ANSWER_TIMEOUT: Final = 5.0
 """s to wait for a robot's answer."""
 
 

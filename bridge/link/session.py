@@ -108,13 +108,13 @@ MAX_MESSAGE_SIZE: Final = 1 << 20
 SESSION_LEASE: Final = 30_000
 """ms of silence of a party after which its session ends; longer than a pause in which a machine swaps or all
 processes are stopped. A party that dies ends its session at once."""
-CONNECT_TIMEOUT_MS: Final = 1000
+CONNECT_TIMEOUT_MS: Final = 2000
 """ms an attempt to connect may take."""
 _OTHERS_TIME: Final = 2.0
 """s without a robot after which the robots that are there are reported."""
 _SEARCH_TIME: Final = 5.0
 """s without any robot after which that is reported."""
-_ROBOTS_TIMEOUT: Final = 3.0
+_ROBOTS_TIMEOUT: Final = 5.0
 """s to wait for the robots of a link to answer; their node answers for all at once, a starved one late."""
 MAX_SESSIONS: Final = 32
 """Parties that the robot's node takes at a time."""

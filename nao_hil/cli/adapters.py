@@ -33,7 +33,7 @@ from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.supervisor import Child
 
-GRACE = 5.0
+GRACE = 30.0
 """s a walker has to end by itself."""
 SWITCH_INTERVAL = 0.0005
 """s for which a call may hold up a cycle; Python's own 5 ms are half of one."""

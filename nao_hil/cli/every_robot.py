@@ -24,7 +24,7 @@ _LOOK: Final = 0.2
 """s between two looks at the processes."""
 _SETTLED: Final = 0.5
 """s without a new robot after which all robots of a world are taken to be there."""
-_GRACE: Final = 10.0
+_GRACE: Final = 30.0
 """s that a process has to end by itself."""
 
 

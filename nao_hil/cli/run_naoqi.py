@@ -37,9 +37,9 @@ from nao_hil.naoqi_programs.runner import ADDRESS
 from nao_hil.naoqi_programs.source import program_code
 from nao_hil.runs.supervisor import Child
 
-START = 60.0
+START = 120.0
 """s that robot and server may take to start."""
-GRACE = 5.0
+GRACE = 30.0
 """s that each has to end."""
 FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""

@@ -23,7 +23,7 @@ from bridge.types import Closing
 
 _QUEUE_SIZE: Final = 8192
 """Messages that may wait for the disk: some twenty seconds of a robot's."""
-_QUERY_TIMEOUT: Final = 1.0
+_QUERY_TIMEOUT: Final = 5.0
 """Patience with a query, s."""
 _RETRY_INTERVAL: Final = 0.05
 """s between two attempts to find a robot."""

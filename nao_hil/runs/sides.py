@@ -13,7 +13,7 @@ from nao_hil.runs.announcer import WALKER_ENDED, Announcer
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.supervisor import Child, ChildResult
 
-END_TIMEOUT: Final = 5.0
+END_TIMEOUT: Final = 30.0
 """s until a side that is asked to end must have ended."""
 MAX_RESTARTS: Final = 3
 """Restarts of the walker within `RESTART_WINDOW`; more have a cause that a restart keeps."""

@@ -27,7 +27,7 @@ MAX_MESSAGES: Final = 2000
 """Messages that wait for the page; older ones are lost to it."""
 MAX_FRAMES: Final = 400
 """Messages, of a second, that a page processes; one that is further behind skips the frames before."""
-ANSWER_TIMEOUT: Final = 2.0
+ANSWER_TIMEOUT: Final = 5.0
 """s to wait for a robot's answer."""
 MAX_ROBOTS: Final = 32
 """Emergency stops that are sent at a time."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import pytest
 
@@ -11,7 +12,7 @@ from bridge.link.robots import LinkRobots
 from bridge.link.session import Search
 from nao_hil.runs.capture import Capture
 from tests.frames import info_of_robot, truth_frame
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 from tests.ports import free_endpoint
 
 
@@ -40,17 +41,23 @@ def test_the_robots_of_a_link_come_and_go_with_their_newest_truth() -> None:
 
 def test_who_waits_for_a_robot_that_is_not_there_is_told_once_who_is(caplog: pytest.LogCaptureFixture) -> None:
     """Of the controllers, a recorder and ROS: each keeps waiting."""
-    endpoint, began = free_endpoint(), time.monotonic()
+    endpoint = free_endpoint()
 
-    def waits() -> bool:
-        """Stops a while after the report, of which there is one."""
-        return time.monotonic() > began + 4.0
+    def ends(reports: int) -> Callable[[], bool]:
+        """Stops some looks after this many reports."""
+        looks, end = 0, time.monotonic() + TIMEOUT
+
+        def stop() -> bool:
+            nonlocal looks
+            looks += len(caplog.records) >= reports
+            return looks > 20 or time.monotonic() > end
+
+        return stop
 
     with RobotLink(info_of_robot(robot="blue"), endpoint), ControllerLink("red", endpoint) as link:
-        assert link.wait_robot(waits) is None
-        began = time.monotonic()
+        assert link.wait_robot(ends(1)) is None
         with Capture("green", endpoint) as capture:
-            assert capture.wait_robot(waits) is None
+            assert capture.wait_robot(ends(2)) is None
     texts = [record.getMessage() for record in caplog.records]
     assert len(texts) == 2 and all("`blue`" in text for text in texts)
     assert "`red`" in texts[0] and "`green`" in texts[1]

@@ -15,7 +15,7 @@ from tests.loops import TIMEOUT
 
 WAIT = 0.1
 """s"""
-RESCUE = 5.0
+RESCUE = 60.0
 """s after which a wait without an end is ended."""
 
 

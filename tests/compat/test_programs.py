@@ -166,9 +166,9 @@ def test_a_choregraphe_project_is_played_and_what_it_could_not_do_is_listed(url:
         stdin=subprocess.DEVNULL,
     )
     *said, last = done.stdout.splitlines()
+    said.remove("Beep: at frame 5")  # a thread of its own says it
     assert said == [
         "Greeting: said hello",
-        "Beep: at frame 5",
         "Check: head -0.09 counted 3",  # the last key of the head is at -5 degrees
         "half of 7 3",  # in Python 2
     ], done.stderr

@@ -40,6 +40,7 @@ from emulator.camera.scene import (
 from emulator.camera.shapes import Cylinder
 from emulator.shell import shell
 from tests.frames import truth_frame, world_reply
+from tests.loops import TIMEOUT
 
 LOOKS = {
     # vendor's video pages: x, z (m) and pitch (deg) of each camera in the head's frame, field of view (deg)
@@ -320,7 +321,7 @@ def test_a_garbled_ground_truth_is_passed_over_and_others_are_drawn(monkeypatch:
     """Anybody may publish on an unencrypted link; the next good frame is drawn."""
     link = FakeLink(monkeypatch, world)
     ours, theirs = socket.socketpair()
-    ours.settimeout(10.0)
+    ours.settimeout(TIMEOUT)
     pipe = Pipe(ours)
     cameras = process.CameraProcess("nao", "", Pipe(theirs))
     link.receive(b"\x01")
@@ -344,7 +345,7 @@ def test_it_is_idle_until_the_first_request(monkeypatch: pytest.MonkeyPatch) -> 
     face = WorldThing(name="Anna", kind="face", size=0.15, position=(1.0, 0.0, 0.45), facing=(-1.0, 0.0, 0.0))
     link = FakeLink(monkeypatch, lambda: asked.set() or world(face))
     ours, theirs = socket.socketpair()
-    ours.settimeout(10.0)
+    ours.settimeout(TIMEOUT)
     pipe = Pipe(ours)
     cameras = process.CameraProcess("nao", "", Pipe(theirs))
     link.receive(encode(truth(0.0, 0.0)))

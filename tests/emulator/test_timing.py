@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from bridge.errors import FrameError, LinkError
 from bridge.histogram import BINS_PER_DECADE, MAX_DURATION, MIN_DURATION, DurationHistogram
 from emulator.timing import BoundaryQueue, CycleTimer
+from tests.loops import TIMEOUT
 
 MS = 1_000_000
 
@@ -161,26 +162,26 @@ def in_thread(queue: BoundaryQueue, work: object) -> tuple[threading.Thread, lis
 
 def test_the_work_is_done_in_the_thread_of_the_loop() -> None:
     arrived = threading.Event()
-    queue = BoundaryQueue(wake=arrived.set)
+    queue = BoundaryQueue(wake=arrived.set, max_wait=TIMEOUT)
     thread, results = in_thread(queue, threading.get_ident)
-    assert arrived.wait(10.0)
+    assert arrived.wait(TIMEOUT)
     assert results == []
     queue.run()
-    thread.join(10.0)
+    thread.join(TIMEOUT)
     assert results == [threading.get_ident()]
 
 
 def test_an_error_reaches_the_caller_and_not_the_loop() -> None:
     arrived = threading.Event()
-    queue = BoundaryQueue(wake=arrived.set)
+    queue = BoundaryQueue(wake=arrived.set, max_wait=TIMEOUT)
 
     def fail() -> None:
         raise FrameError("no such thing")
 
     thread, results = in_thread(queue, fail)
-    assert arrived.wait(10.0)
+    assert arrived.wait(TIMEOUT)
     queue.run()
-    thread.join(10.0)
+    thread.join(TIMEOUT)
     assert isinstance(results[0], FrameError)
 
 

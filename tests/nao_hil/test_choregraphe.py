@@ -22,7 +22,7 @@ from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, home_of, pr
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 INPUTS = (
     '<Input name="onLoad" nature="0" inner="1" id="1"/><Input name="onStart" nature="2" inner="0" id="2"/>'
@@ -130,7 +130,8 @@ def play(folder: Path, inside: str, more: str = "") -> tuple[Player, Robot, list
     file = folder / "behavior.xar"
     file.write_text(f"<ChoregrapheProject>{box(-1, 'root', '', inside, more)}</ChoregrapheProject>")
     robot, said = Robot(), list[Any]()
-    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager(1.0), "sys": sys, "time": time}
+    names = {"said": said, "starts": list[int](), "go": threading.Event(), "sys": sys}
+    names["ALFrameManager"] = FrameManager(1.0)
     player = Player(robot.service, names, robot, folder, lambda name, module: said.append((name, module)))
     player.play(read_behaviour(file))
     return player, robot, said
@@ -161,7 +162,7 @@ def test_an_event_ends_a_behaviour_and_a_box_that_waits_is_named(tmp_path: Path)
     until(lambda: said == ["on"])
     assert list(player.waiting()) == ["the box Head waits for FrontTactilTouched"]
     robot.tell("FrontTactilTouched", 1.0)
-    assert player.ended.wait(5.0) and list(player.waiting()) == []
+    assert player.ended.wait(TIMEOUT) and list(player.waiting()) == []
 
 
 def test_stop_ends_the_boxes_inside_and_unloads_their_scripts(tmp_path: Path) -> None:
@@ -173,12 +174,12 @@ def test_stop_ends_the_boxes_inside_and_unloads_their_scripts(tmp_path: Path) ->
     boxes = box(1, "Outer", "", inside) + box(2, "Stop", stop)
     links = ((0, 2, 1, 2), (0, 2, 2, 2), (2, 4, 1, 3), (1, 4, 0, 4))
     player, _, said = play(tmp_path, timeline(diagram(boxes, *links)))
-    assert player.ended.wait(5.0) and said == ["begins", "ends"]
+    assert player.ended.wait(TIMEOUT) and said == ["begins", "ends"]
 
 
 def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
-    """25 frames a second: the curve ends at 0.4 s, and a box at frame 6 goes back to frame 1 twice."""
-    keys = '<Key frame="5" value="90"/><Key frame="10" value="0"/>'
+    """25 frames a second: the curve ends at 2.4 s, and a box at frame 6 goes back to frame 1 twice."""
+    keys = '<Key frame="5" value="90"/><Key frame="60" value="0"/>'
     curve = f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>'
     again = (
         "    def onInput_onStart(self):\n        said.append(len(said))\n"
@@ -189,16 +190,16 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
     inside += timeline(diagram(box(1, "First", first), (0, 1, 1, 2)), enable=1)
     moves = box(1, "Dance", "", inside)
     player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
-    assert player.ended.wait(10.0) and said == [0, 1, 2], player.could_not
+    assert player.ended.wait(TIMEOUT) and said == [0, 1, 2], player.could_not
     assert player._names["starts"] == [1, 1, 1]
     sent = [call for call in robot.calls if call[0] == "move"]
     assert len(sent) == 3 and sent[0][1:] == (
         ["HeadYaw"],
         [[pytest.approx(1.5708, abs=1e-4), 0.0]],
-        [[0.2, 0.4]],
+        [[0.2, 2.4]],
         True,
     )
-    assert sent[1][3] == [[pytest.approx(0.16), pytest.approx(0.36)]]
+    assert sent[1][3] == [[pytest.approx(0.16), pytest.approx(2.36)]]
 
 
 def test_a_timeline_plays_from_its_start_frame_to_its_end_frame(tmp_path: Path) -> None:
@@ -211,7 +212,8 @@ def test_a_timeline_plays_from_its_start_frame_to_its_end_frame(tmp_path: Path) 
         inside += timeline(diagram(says(1, str(frame)), (0, 1, 1, 2)), enable=1, frame=frame)
     moves = box(1, "Dance", "", inside)
     player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
-    assert player.ended.wait(10.0) and said == ["before", "40"]
+    assert player.ended.wait(TIMEOUT)
+    until(lambda: sorted(said) == ["40", "before"], "both boxes, whose threads may run late")
     (sent,) = robot.calls
     assert sent[2] == [[0.0, pytest.approx(math.radians(90.0 / 200.0))]]
     assert sent[3] == [[pytest.approx(0.96), pytest.approx(1.0)]]
@@ -222,17 +224,18 @@ def test_a_script_pauses_the_timeline_around_it_and_goes_to_a_frame_by_its_name(
     script = (
         "    def onInput_onStart(self):\n        said.append('waits')\n"
         "        self.getParentTimeline().pause()\n"
-        "        time.sleep(0.6)\n        self.getParentTimeline().goTo('story')\n"
+        "        go.wait()\n        self.getParentTimeline().goTo('story')\n"
     )
     nested = box(1, "Group", "", timeline(diagram(box(1, "Goto", script), (0, 2, 1, 2))))
     inside = timeline(diagram(nested, (0, 1, 1, 2)), enable=1)
-    inside += timeline(diagram(says(1, "story"), (0, 1, 1, 2), (1, 4, 0, 4)), enable=1, frame=6, name="story")
+    inside += timeline(diagram(says(1, "story"), (0, 1, 1, 2), (1, 4, 0, 4)), enable=1, frame=26, name="story")
     moves = box(1, "Play", "", inside)
     player, _, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
     until(lambda: said == ["waits"])
-    time.sleep(0.4)  # frame 6 would be at 0.24 s
+    time.sleep(1.5)  # frame 26 would be at 1 s
     assert said == ["waits"]
-    assert player.ended.wait(5.0) and said == ["waits", "story"] and player.could_not == []
+    player._names["go"].set()
+    assert player.ended.wait(TIMEOUT) and said == ["waits", "story"] and player.could_not == []
 
 
 @pytest.mark.parametrize("codes", ["frf enu", "enu frf"])
@@ -254,7 +257,7 @@ def test_the_topic_of_a_dialogue_answers_until_it_sets_on_stopped(tmp_path: Path
     robot.tell("game", 1)
     until(lambda: said == ["game"])
     robot.tell("onStopped", 1)
-    assert player.ended.wait(5.0) and player.could_not == []
+    assert player.ended.wait(TIMEOUT) and player.could_not == []
     assert robot.calls[-1] == ("unload", "Talk", "enu")
 
 
@@ -275,7 +278,7 @@ def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Pat
     inside = timeline(diagram(box(1, "Play Sound", script, parameters=inherited), (0, 2, 1, 2), (1, 4, 0, 4)))
     outer = box(1, "Outer", "", inside, parameters=own)
     player, _, said = play(tmp_path, timeline(diagram(outer, (0, 2, 1, 2), (1, 4, 0, 4))))
-    assert player.ended.wait(5.0), player.could_not
+    assert player.ended.wait(TIMEOUT), player.could_not
     (name, module), path, half = said
     assert name.startswith("Play_Sound__") and module.getName() == name
     assert (path, half) == (f"{tmp_path.resolve()}/song.wav", 3)

@@ -20,6 +20,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import TruthFrame, encode
 from bridge.messages.world import ReportGame
 from emulator.robot import EmulatedRobot
+from tests.loops import TIMEOUT
 
 HALF: Final = """
 half = 20.0
@@ -166,7 +167,7 @@ def test_the_clock_of_a_half_runs_on_in_ready_and_set_after_the_first_kick_off()
 def test_packets_of_the_referee_come_twice_a_second_of_the_world(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
         listener.bind(("127.0.0.1", 0))
-        listener.settimeout(10.0)
+        listener.settimeout(TIMEOUT)
         game = schedule(Call(at=0.6, state="ready"), send=f"127.0.0.1:{listener.getsockname()[1]}")
         referee = Referee(game, sends=True)
         reports = [report for i in range(200) if (report := referee(0.01 * i)) is not None]

@@ -64,7 +64,17 @@ def test_an_experiment_ends_with_its_json_and_leaves_a_report(
 
 def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "nao_hil.cli", "experiment", "obstacle", "--seeds", "2", "--out", str(out)]
+    command = [
+        sys.executable,
+        "-m",
+        "nao_hil.cli",
+        "experiment",
+        "obstacle",
+        "--seeds",
+        "200",
+        "--out",
+        str(out),
+    ]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         try:
             until(lambda: process.poll() is not None or (out / "walks").exists(), "the first walk")

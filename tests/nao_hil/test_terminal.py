@@ -52,7 +52,7 @@ def test_a_reader_that_does_not_read_holds_up_nothing() -> None:
     ) as process:
         assert process.stdout is not None
         try:
-            process.wait(60)
+            process.wait(TIMEOUT)
         finally:
             process.kill()
         assert process.stdout.read() == "went on\n"

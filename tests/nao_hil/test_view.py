@@ -315,7 +315,7 @@ def test_an_emergency_stop_waits_for_no_walker_that_does_not_answer(
         assert hangs.wait(TIMEOUT)
         stopped = threading.Thread(target=order, args=("stop",), kwargs={"how": "crouch"})
         stopped.start()
-        stopped.join(10.0)
+        stopped.join(TIMEOUT)
         assert not stopped.is_alive()
     finally:
         end.set()
@@ -464,12 +464,14 @@ def test_joints_that_the_page_holds_are_given_back_once_no_page_is_open(
 
 def test_a_page_is_absent_once_its_browser_does_not_answer() -> None:
     """Also where its connection stays open: a laptop that sleeps, a cable that is out."""
-    connection = SimpleNamespace(send=lambda _: None, ping=threading.Event)
+    pings = list[threading.Event]()
+    connection = SimpleNamespace(send=lambda _: None, ping=lambda: pings.append(threading.Event()) or pings[-1])
     browser = Browser(connection, lambda: None)
     browser.start()
+    until(lambda: pings, "a ping")
     asked = browser.seen
-    until(lambda: time.monotonic() - asked > 3 * PING_INTERVAL, "some pings")
-    assert browser.seen - asked < PING_INTERVAL
+    until(lambda: time.monotonic() - asked > 3 * PING_INTERVAL, "the time of some pings")
+    assert browser.seen == asked
     browser.end(1.0)
 
 
@@ -571,7 +573,7 @@ def test_every_answer_of_the_page_has_a_content_security_policy_and_its_script_i
     server.show(*page("policy"))
     try:
         for path, source in (("/", "script-src 'sha256-"), ("/nothing", "default-src 'none'")):
-            connection = HTTPConnection("127.0.0.1", port, timeout=10.0)
+            connection = HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)
             connection.request("GET", path)
             policy = connection.getresponse().headers["Content-Security-Policy"]
             assert source in policy and "frame-ancestors 'none'" in policy and "unsafe-eval" not in policy
@@ -586,9 +588,9 @@ def test_whatever_a_stranger_sends_the_next_one_gets_the_page(seed: Path) -> Non
     server = PageServer("127.0.0.1", port, Access())
     server.show(*page("policy"))
     try:
-        with socket.create_connection(("127.0.0.1", port), 10.0) as stranger:
+        with socket.create_connection(("127.0.0.1", port), TIMEOUT) as stranger:
             stranger.sendall(seed.read_bytes())
-            connection = HTTPConnection("127.0.0.1", port, timeout=10.0)
+            connection = HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)
             connection.request("GET", "/")
             assert connection.getresponse().status == 200
             connection.close()

@@ -103,6 +103,12 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
         command.end()
 
 
+@pytest.fixture(autouse=True)
+def _patient_leases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A controller that the machine starves keeps its robot, where that is one of this process."""
+    monkeypatch.setattr("bridge.link.lease.SILENCE_LIMIT", TIMEOUT)
+
+
 @pytest.fixture
 def endpoint() -> str:
     """A Zenoh endpoint on this machine that nobody uses."""

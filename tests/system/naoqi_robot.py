@@ -45,7 +45,7 @@ class ObedientRobot:
         with RobotLink(self.info, self._endpoint) as link:
             link.serve(WORLD_COMMAND, lambda _: encode(world_reply(things=self._things)))
             deadline = time.monotonic()
-            for _ in repeat_while(lambda: not self._stop.is_set(), 100_000):
+            for _ in repeat_while(lambda: not self._stop.is_set(), 1 << 30):
                 link.publish(self.frame)
                 link.publish(truth_frame(self.frame.seq, joints=self.frame.position, com=(0.0, 0.0, 0.2)))
                 deadline = max(deadline + CYCLE, time.monotonic() - CYCLE)

@@ -124,7 +124,7 @@ class Sealer:
 
 
 def ask(session: zenoh.Session, key: str, payload: bytes = b"", attachment: bytes | None = None) -> Any:
-    for reply in session.get(key, payload=payload, attachment=attachment, timeout=2.0):
+    for reply in session.get(key, payload=payload, attachment=attachment, timeout=60.0):
         if reply.ok is not None:
             return unpack(reply.ok.payload.to_bytes())
         raise SystemExit(f"{key}: {reply.err.payload.to_bytes().decode()}")
@@ -165,7 +165,7 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
     for _ in range(100 * cycles):
         if first is not None and seen >= first["seq"] + cycles:
             break
-        payload = frames.get(timeout=2.0)
+        payload = frames.get(timeout=60.0)
         for _ in range(frames.qsize() if info["mode"] == "real-time" else 0):
             payload = frames.get()
         frame = unpack(payload)

@@ -62,7 +62,7 @@ class Scene(NamedTuple):
 
     def ask(self, key: str, payload: bytes, attachment: bytes | None = None) -> bytes | None:
         """Reply to the stranger; None: refused."""
-        replies = self.stranger.get(key, payload=payload, attachment=attachment, timeout=5.0)
+        replies = self.stranger.get(key, payload=payload, attachment=attachment, timeout=TIMEOUT)
         return next((bytes(reply.ok.payload.to_bytes()) for reply in replies if reply.ok is not None), None)
 
     def request(self, op: str, key: str) -> bytes:
@@ -72,7 +72,7 @@ class Scene(NamedTuple):
     @property
     def key(self) -> str:
         """Public key of the holder, as its token shows it."""
-        found = self.stranger.liveliness().get("nao/nao/alive/controller/*", timeout=5.0)
+        found = self.stranger.liveliness().get("nao/nao/alive/controller/*", timeout=TIMEOUT)
         tokens = [str(reply.ok.key_expr) for reply in found if reply.ok is not None]
         return next(token for token in tokens if "/walker." in token).rpartition(".")[2]
 
@@ -182,7 +182,7 @@ def test_a_second_token_of_the_holders_key_ends_nothing(scene: Scene) -> None:
         assert scene.ask(LEASE, scene.request("status", "")) is not None  # on the same link, behind the token
         leave(token)
     with contextlib.closing(open_client(scene.place, role="controller")) as witness:
-        assert list(witness.get(LEASE, payload=scene.request("status", ""), timeout=5.0))
+        assert list(witness.get(LEASE, payload=scene.request("status", ""), timeout=TIMEOUT))
     scene.check()
 
 

@@ -15,7 +15,7 @@ import pytest
 import zenoh
 
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
-from bridge.link import ControllerLink, RobotLink, keys
+from bridge.link import ControllerLink, RobotLink, controller_side, keys
 from bridge.link.client import GuardClient, WalkClient
 from bridge.link.session import MAX_MESSAGE_SIZE, open_client, open_robot, subscribe
 from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, Notice, WalkTelemetry, decode, encode
@@ -116,12 +116,24 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
     assert time.monotonic() - began < 0.5 * TIMEOUT
 
 
-def test_a_robot_of_a_world_is_found_though_another_one_was_announced_before_it(endpoint: str) -> None:
+def test_a_robot_of_a_world_is_found_though_another_one_was_announced_before_it(
+    endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     found: list[object] = []
+    others, looked = ControllerLink._other_robots, threading.Event()
+
+    def look(link: ControllerLink) -> str:
+        names = others(link)
+        if names:
+            looked.set()
+        return names
+
+    monkeypatch.setattr(ControllerLink, "_other_robots", look)
+    monkeypatch.setattr(controller_side, "_WORLD_LOOKS", 1 << 30)
     with RobotLink(info_of_robot(robot="away"), endpoint) as away, ControllerLink("home", endpoint) as link:
         waiting = threading.Thread(target=lambda: found.append(link.wait_robot(timeout=TIMEOUT)))
         waiting.start()
-        time.sleep(0.3)
+        assert looked.wait(TIMEOUT)
         with RobotLink(info_of_robot(robot="home"), endpoint, beside=away) as home:
             waiting.join(TIMEOUT)
             assert found == [home.info]
@@ -381,7 +393,7 @@ def test_a_link_beyond_loopback_takes_certificates_or_the_word_open(host: str, p
 
 
 def test_a_link_that_is_called_open_listens_beyond_loopback(port: int) -> None:
-    with open_robot(f"tcp/0.0.0.0:{port}#open"), open_client(f"tcp/127.0.0.1:{port}#open", timeout=5.0):
+    with open_robot(f"tcp/0.0.0.0:{port}#open"), open_client(f"tcp/127.0.0.1:{port}#open", TIMEOUT):
         pass
 
 

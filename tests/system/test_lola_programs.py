@@ -21,7 +21,7 @@ from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.messages.world import StartName
 from bridge.motion import load_motion
-from bridge.realtime import ROBOT_PRIORITY, quiet_process
+from bridge.realtime import ROBOT_PRIORITY, leave_real_time, quiet_process
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from nao_hil.runs.build import build_robot, controller_maker
@@ -179,6 +179,7 @@ def test_an_answer_seven_milliseconds_after_its_packet_is_in_time(served: Any) -
         assert len(peer.recv(SENSOR_BYTES, socket.MSG_WAITALL)) == SENSOR_BYTES
         time.sleep(0.007 if number >= START else 0.0)
         peer.sendall(answer)
+    leave_real_time()
     peer.close()
     robot.interrupt()
     assert robot.result["cycles_missed"] <= 0.1 * PACKETS

@@ -17,10 +17,11 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 
 from bridge import guard, messages
 from bridge.body import load_body
+from bridge.link import ControllerLink
 from bridge.link.seal import Seal
 from bridge.messages import frames, walk
 from emulator.robot import EmulatedRobot
-from tests.loops import until
+from tests.loops import TIMEOUT
 from tests.processes import module_of
 
 REPOSITORY = Path(__file__).parents[2]
@@ -167,7 +168,8 @@ def test_a_controller_written_from_the_page_moves_the_head(
 ) -> None:
     emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", mode]
     robot = start(*emulate, "--out", str(tmp_path / "run"))
-    until(lambda: "recording to" in robot.stderr, "the robot")
+    with ControllerLink(connect=endpoint, name="test") as link:
+        link.wait_robot(timeout=TIMEOUT)
     script = f"import runpy; runpy.run_path({str(SCRIPT)!r}, run_name='__main__')"
     controller = start(endpoint, "nao", "120", script=script)
     assert controller.wait() == 0, controller.stderr

@@ -23,6 +23,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import PushEvent
 from emulator.scenarios.model import Scenario
 from emulator.wear import load_wear
+from tests.loops import TIMEOUT
 from tests.walker.test_controller import frame
 from walker.service import WalkService
 
@@ -400,7 +401,7 @@ def test_a_walker_that_stands_by_takes_the_robot_and_gives_it_back() -> None:
 
     def process() -> None:
         """The walker's process for one hold of the robot."""
-        assert service.wait_wanted(10.0)
+        assert service.wait_wanted(TIMEOUT)
         for seq in range(1000):
             if not service.wanted:
                 break
@@ -415,5 +416,5 @@ def test_a_walker_that_stands_by_takes_the_robot_and_gives_it_back() -> None:
     taken = decode(service.answer(encode(WalkCommand(op="take"))), WalkStatus)
     assert taken.state == "approach"
     assert decode(service.answer(encode(WalkCommand(op="release"))), WalkStatus).text == "The robot is free."
-    thread.join(10.0)
+    thread.join(TIMEOUT)
     assert not service.wanted and not thread.is_alive()

@@ -23,7 +23,7 @@ from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.types import Closing
 
 PACKET_TIMEOUT: Final = 1.0
-"""s without a packet after which the connection to LoLA ends."""
+"""s of waiting for a packet after which the connection to LoLA ends."""
 _CONNECT_TIMEOUT: Final = 1.0
 """s an attempt to connect may take."""
 _SEND_TIMEOUT: Final = 0.2
@@ -63,7 +63,8 @@ class LolaDevice(Closing):
         self._peer = connect(address, _CONNECT_TIMEOUT)
         self._peer.settimeout(_SEND_TIMEOUT)
         self._stream = MapStream(SENSORS)
-        self._last_received = time.monotonic()
+        self._silent = 0.0
+        """s waited since the last packet; not the time in which this process itself stood still."""
         self._has_received = False
 
     def packets(self, timeout: float) -> Packets | None:
@@ -78,13 +79,14 @@ class LolaDevice(Closing):
             if select.select([self._peer], [], [], left)[0]:
                 maps = self._stream.feed(self._received())
                 if maps:
-                    self._last_received, self._has_received = time.monotonic(), True
+                    self._silent, self._has_received = 0.0, True
                     return Packets(maps[-1], len(maps))
-            elif time.monotonic() - self._last_received > self._silence:
+                continue
+            self._silent += timeout
+            if self._silent > self._silence:
                 end = "." if self._has_received else "; is another client connected?"
                 raise LinkError(f"LoLA at {self.address} has been silent for {self._silence:g} s{end}")
-            else:
-                return None
+            return None
 
     @property
     def dropped(self) -> int:

@@ -124,7 +124,7 @@ class FrameReader:
         return tuple(slots)
 
 
-TIMEOUT: Final = 2.0
+TIMEOUT: Final = 5.0
 """s that connecting or a call may take."""
 _CLOCK_INTERVAL: Final = 0.0003
 """s between two readings of the robot's clock after an early one."""

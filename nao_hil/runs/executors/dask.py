@@ -26,7 +26,7 @@ from distributed.scheduler import KilledWorker
 from bridge.errors import ConfigurationError, LinkError
 from nao_hil.runs.executors.base import Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
 
-ANSWER_TIMEOUT: Final = 5.0
+ANSWER_TIMEOUT: Final = 15.0
 """s that a scheduler may take to answer."""
 _SILENT_LEVEL: Final = 60
 """Above every level of logging."""

@@ -10,7 +10,7 @@ memory, detection = ALProxy("ALMemory", IP, PORT), ALProxy("ALRedBallDetection",
 detection.setActiveCamera(1)
 detection.subscribe("Test_RedBall", 100, 0.0)
 value = []
-for _ in range(200):
+for _ in range(3000):
     value = memory.getData("redBallDetected")
     if value and isinstance(value, list) and len(value) >= 2:
         break
@@ -24,11 +24,11 @@ tracker.registerTarget("RedBall", 0.06)
 tracker.setMode("Head")
 tracker.track("RedBall")
 near = False
-for _ in range(600):  # seconds on an idle machine
+for _ in range(3000):  # seconds on an idle machine
     place = tracker.getTargetPosition(0)
     yaw, pitch = motion.getAngles(["HeadYaw", "HeadPitch"], True)
     near = len(place) == 3 and abs(yaw - math.atan2(0.05, 0.35)) < 0.02 and pitch > 0.2
-    if near:
+    if near and not tracker.isTargetLost():
         break
     time.sleep(0.05)
 print("followed", near, [round(x, 2) for x in place])

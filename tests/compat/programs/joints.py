@@ -15,7 +15,7 @@ def main(robot_ip, port=9559):
     names = ["HeadYaw", "HeadPitch"]
     motion.setStiffnesses("Head", 1.0)
     motion.setAngles(names, [0.3, -0.2], 0.3)
-    for _ in range(200):
+    for _ in range(3000):
         if abs(motion.getAngles(names, True)[0] - 0.3) < 0.01:
             break
         time.sleep(0.05)
@@ -23,10 +23,10 @@ def main(robot_ip, port=9559):
     motion.angleInterpolation(names, [[0.0, 0.2], [0.1]], [[0.2, 0.5], [0.5]], True)
     print("through %.1f %.1f" % tuple(motion.getAngles(names, True)))
     motion.angleInterpolationWithSpeed("Head", [0.0, 0.0], 0.5)
-    task = motion.post.angleInterpolation("HeadYaw", 1.0, 5.0, True)
+    task = motion.post.angleInterpolation("HeadYaw", 1.0, 60.0, True)
     print("runs", motion.isRunning(task))
     motion.stop(task)
-    for _ in range(200):
+    for _ in range(3000):
         if not motion.isRunning(task):
             break
         time.sleep(0.05)

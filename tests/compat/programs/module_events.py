@@ -19,8 +19,8 @@ class ReactToTouchModule(ALModule):
 
     def onTouched(self, key, value):
         memory.unsubscribeToEvent("FrontTactilTouched", "ReactToTouch")
-        self.count += 1
         print("touched", key, value)
+        self.count += 1
 
 
 def main():
@@ -28,7 +28,7 @@ def main():
     global ReactToTouch
     ReactToTouch = ReactToTouchModule("ReactToTouch")
     memory.raiseEvent("FrontTactilTouched", 1.0)
-    for _ in range(100):
+    for _ in range(3000):
         if ReactToTouch.count:
             break
         time.sleep(0.05)

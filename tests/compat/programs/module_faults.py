@@ -34,8 +34,8 @@ print("the robot's own", "ALTextToSpeech" in memory.getSubscribers("MyEvent"))
 memory.unsubscribeToEvent("MyEvent", "ALTextToSpeech")
 memory.subscribeToEvent("MyEvent", "Faulty", "onEvent")
 memory.raiseEvent("MyEvent", 3)
-for _ in range(100):
+for _ in range(3000):
     if faulty.called:
         break
     time.sleep(0.05)
-time.sleep(0.2)
+time.sleep(2.0)  # in which the error is told

@@ -27,7 +27,7 @@ class Listener:
 def main(session):
     listener = Listener(session)
     session.service("NaoHil").hear("yes")
-    for _ in range(100):
+    for _ in range(3000):
         if listener.heard:
             break
         time.sleep(0.05)

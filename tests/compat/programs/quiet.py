@@ -37,10 +37,15 @@ dialog.unloadTopic(topic)
 compass = session.service("ALVisualCompass")
 compass.enableReferenceRefresh(True)
 compass.subscribe("me")
-time.sleep(0.5)
+for _ in range(3000):  # until it has its picture of before the turn
+    try:
+        memory.getData("VisualCompass/Deviation")
+        break
+    except RuntimeError:  # none has come
+        time.sleep(0.05)
 session.service("ALMotion").angleInterpolation("HeadYaw", 0.3, 1.0, False)
 deviation = []
-for _ in range(100):
+for _ in range(3000):
     deviation = memory.getData("VisualCompass/Deviation")
     if deviation and abs(deviation[0][1] - 0.3) < 0.02:
         break

@@ -11,11 +11,17 @@ motion, posture = session.service("ALMotion"), session.service("ALRobotPosture")
 print("type", session.service("ALRobotModel").getRobotType())
 arm = ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand"]
 motion.setStiffnesses(arm, 0.6)
-time.sleep(0.2)  # it is sent with the next cycle
+for _ in range(3000):  # it is sent with the next cycle
+    if max(abs(stiffness - 0.6) for stiffness in motion.getStiffnesses(arm)) < 0.01:
+        break
+    time.sleep(0.01)
 print("stiffness", [round(stiffness, 2) for stiffness in motion.getStiffnesses(arm)])
 before = motion.getAngles(arm, False)
 motion.setAngles(arm, [1.2, *before[1:]], 0.75)
-time.sleep(1.0)
+for _ in range(3000):
+    if abs(motion.getAngles(arm, True)[0] - 1.2) < 0.005:
+        break
+    time.sleep(0.05)
 recorded = motion.getAngles(arm, True)
 motion.angleInterpolation(arm, [[angle, angle + 0.01] for angle in recorded], [[0.1, 0.2]] * len(arm), True)
 print("angle", round(motion.getAngles(arm, True)[0], 2))

@@ -23,6 +23,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.executors import Job, WorkerRefused, base, open_executor
 from nao_hil.runs.walk import Walk
 from tests.loops import until
+from tests.ports import free_port
 from walker.switches import switch_changes
 
 pytestmark = pytest.mark.usefixtures("connections_left_open")
@@ -35,9 +36,7 @@ class Cluster:
     """A scheduler and workers on loopback."""
 
     def __init__(self, folder: Path) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        self.address = f"tcp://127.0.0.1:{free_port()}"
         self._folder = folder
         self.workers: list[subprocess.Popen[bytes]] = []
         self.start(2)

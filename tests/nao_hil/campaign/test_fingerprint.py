@@ -22,6 +22,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import IN_PROCESS, PROCESSES, ROOT, source_hash
 from nao_hil.runs.store import key
 from nao_hil.runs.walk import Walk
+from tests.loops import TIMEOUT
 from tests.measure.stored import stored
 
 WALK = Walk(name="a", config=RunConfig(gait="dynamic"), duration=1.0)
@@ -107,13 +108,15 @@ def test_a_result_is_made_once_for_each_key_and_a_broken_file_is_made_anew(tmp_p
 
 
 def test_watched_calls_come_in_order_and_as_many_at_once_as_there_are_workers() -> None:
-    at_once, most, lock = 0, 0, threading.Lock()
+    at_once, most, lock, both = 0, 0, threading.Lock(), threading.Barrier(2)
 
     def call(seconds: float) -> float:
         nonlocal at_once, most
         with lock:
             at_once += 1
             most = max(most, at_once)
+        if seconds in pauses[:2]:  # the first two calls are under way at once, however late a thread begins
+            both.wait(TIMEOUT)
         time.sleep(seconds)
         with lock:
             at_once -= 1

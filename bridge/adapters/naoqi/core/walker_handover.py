@@ -33,7 +33,7 @@ _FAST_POLL_INTERVAL: Final = 0.02
 """s, while a call waits for a change of the walker's state."""
 _MAX_WAIT: Final = 30.0
 """s that a walker may take to start, and to stop the robot."""
-_LEASE_TIMEOUT: Final = 5.0
+_LEASE_TIMEOUT: Final = 15.0
 """s that a killed walker may hold the robot."""
 _MAX_START_CYCLES: Final = 200
 """Cycles from an accepted walk to its first step."""

@@ -22,6 +22,7 @@ from bridge.body import load_body
 from bridge.config import read_toml
 from bridge.messages import SensorFrame
 from tests.frames import standing_frame
+from tests.loops import TIMEOUT
 
 ALIASES = ("move", "moveTo", "moveToward")
 BEGINNING = ("move", "moveTo", "moveToward", "navigateTo", "moveStraightTo")
@@ -105,11 +106,11 @@ class Robot:
         for _ in range(round(20.0 * seconds)):
             for reader in threading.enumerate():
                 if reader.name == "file":  # it takes this machine's time and none of the robot's
-                    reader.join(10.0)
+                    reader.join(TIMEOUT)
             if done.done():
                 break
             self.run(0.05)
-        return done.result(10.0)
+        return done.result(TIMEOUT)
 
     def result(self, call: str, *arguments: Any) -> Any:
         """The result of `Service.method`, at its end."""

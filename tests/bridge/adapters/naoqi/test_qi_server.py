@@ -100,7 +100,7 @@ def test_two_subscribers_of_one_program_are_both_called(served: Served) -> None:
     keep = [memory.subscriber("FrontTactilTouched") for _ in range(2)]
     for number, subscriber in enumerate(keep):
         connected = subscriber.signal.connect(lambda v, n=number: heard.append((n, v)), _async=True)
-        assert connected.wait(5000) == qi.FutureState.FinishedWithValue
+        assert connected.wait(round(1000 * TIMEOUT)) == qi.FutureState.FinishedWithValue
     served.server.publish("FrontTactilTouched", 1.0, [])
     until(lambda: len(heard) == 2, "both calls")
     assert sorted(heard) == [(0, 1.0), (1, 1.0)]
@@ -198,7 +198,7 @@ def test_log_manager_tells_the_servers_log(served: Served) -> None:
     listener, other = manager.getListener(), manager.createListener()
     listener.onLogMessage.connect(heard.append)
     connected = other.onLogMessage.connect(second.append, _async=True)
-    assert connected.wait(5000) == qi.FutureState.FinishedWithValue
+    assert connected.wait(round(1000 * TIMEOUT)) == qi.FutureState.FinishedWithValue
     listener.clearFilters()
     logging.getLogger("bridge.test").warning("the robot is %s", "gone")
     until(lambda: heard and second, "a message of the log for both")

@@ -256,9 +256,9 @@ def test_the_robot_s_home_is_a_folder_for_recordings(tmp_path: Path) -> None:
     robot, path = Robot(home=home), "/home/nao/recordings/microphones/heard.wav"
     robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
     robot.run(0.5)
-    robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
+    robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(TIMEOUT)
     assert (home / "recordings/microphones/heard.wav").is_file()
-    key = robot.call("ALAudioPlayer", "loadFile", path).result(10.0)
+    key = robot.call("ALAudioPlayer", "loadFile", path).result(TIMEOUT)
     assert robot.call("ALAudioPlayer", "getFileLength", key) == pytest.approx(0.5, abs=0.02)
 
 
@@ -297,7 +297,7 @@ def test_the_robot_s_home_has_two_names(tmp_path: Path) -> None:
     for folder in ("/home/nao", home):
         robot.call("ALAudioDevice", "startMicrophonesRecording", f"{folder}/sounds/heard.wav")
         robot.run(0.1)
-        robot.call("ALAudioDevice", "stopMicrophonesRecording").result(10.0)
+        robot.call("ALAudioDevice", "stopMicrophonesRecording").result(TIMEOUT)
         (Path(home) / "sounds" / "heard.wav").unlink()
 
 

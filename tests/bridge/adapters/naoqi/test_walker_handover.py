@@ -18,9 +18,7 @@ from bridge.adapters.naoqi.declared import declared
 from bridge.errors import LeaseRefused, NaoqiRefused, WalkRefused
 from bridge.messages.walk import WalkStatus
 from tests.frames import walk_status
-from tests.loops import until
-
-PATIENT = 20.0
+from tests.loops import TIMEOUT, until
 
 
 class Stage:
@@ -131,27 +129,27 @@ def test_a_zero_velocity_before_the_first_walk_changes_nothing(
     walking: WalkingMethods, stage: Stage, method: str, arguments: tuple[float, ...]
 ) -> None:
     """The walker waits without the robot, and would refuse to stop it."""
-    walking.handover.prestart().result(PATIENT)
-    assert begin(walking, method, *arguments).result(PATIENT) is None
+    walking.handover.prestart().result(TIMEOUT)
+    assert begin(walking, method, *arguments).result(TIMEOUT) is None
     assert stage.did == ["start"]
 
 
 def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
     result = begin(walking, method, *arguments)
-    return result.result(PATIENT) if hasattr(result, "result") else result
+    return result.result(TIMEOUT) if hasattr(result, "result") else result
 
 
 def test_a_move_is_active_from_its_order_on(stage: Stage, walking: WalkingMethods) -> None:
     """As the vendor's sample asks at once after `post.moveTo`; before, false until the walker had started."""
     begun = threading.Event()
-    stage.give_away = lambda: begun.wait(PATIENT)  # type: ignore[assignment,method-assign,return-value]
+    stage.give_away = lambda: begun.wait(TIMEOUT)  # type: ignore[assignment,method-assign,return-value]
     done = begin(walking, "moveTo", 0.15, 0.0, 0.0)
     assert call(walking, "moveIsActive") is True
     begun.set()
     until(lambda: stage.state == "walk")
     assert call(walking, "moveIsActive") is True
     stage.state = "stand"
-    done.result(PATIENT)
+    done.result(TIMEOUT)
     assert call(walking, "moveIsActive") is False
 
 
@@ -168,7 +166,7 @@ def test_joints_come_back_from_a_walker_that_stands_by_for_the_next_walk(
     walking.handover.prestart()
     until(lambda: stage.did == ["start"])
     call(walking, "moveInit")
-    assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
+    assert walking.handover.with_joints(lambda: "done", stop=False).result(TIMEOUT) == "done"
     assert stage.did == ["start", "give away", "take", "release", "take back"]
     assert not walking.handover.has_robot
     call(walking, "moveToward", 1.0, 0.0, 0.0)
@@ -187,15 +185,15 @@ def test_joints_come_back_from_a_walker_that_was_killed_when_its_lease_ends(
 
     monkeypatch.setattr(stage, "take_back", take_back)
     call(walking, "moveInit")
-    assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
+    assert walking.handover.with_joints(lambda: "done", stop=False).result(TIMEOUT) == "done"
     assert stage.did[-1] == "take back"
 
 
 def test_while_it_walks_joints_are_refused_and_postures_stop_it(walking: WalkingMethods, stage: Stage) -> None:
     call(walking, "moveToward", 0.5, 0.0, 0.0)
     with pytest.raises(NaoqiRefused, match="stopMove"):
-        walking.handover.with_joints(lambda: None, stop=False).result(PATIENT)
-    walking.handover.with_joints(lambda: stage.did.append("crouch"), stop=True).result(PATIENT)
+        walking.handover.with_joints(lambda: None, stop=False).result(TIMEOUT)
+    walking.handover.with_joints(lambda: stage.did.append("crouch"), stop=True).result(TIMEOUT)
     assert stage.did[-4:] == ["stop", "release", "take back", "crouch"]
 
 
@@ -210,8 +208,8 @@ def test_joints_wait_for_the_end_of_a_walk_that_was_stopped(
     time.sleep(0.3)
     assert not done.done() and not stopped.done()
     stage.state = "stand"
-    assert done.result(PATIENT) == "done"
-    assert stopped.result(PATIENT) is None
+    assert done.result(TIMEOUT) == "done"
+    assert stopped.result(TIMEOUT) is None
 
 
 def test_move_to_waits_for_the_end_of_the_walk(walking: WalkingMethods, stage: Stage) -> None:
@@ -220,7 +218,7 @@ def test_move_to_waits_for_the_end_of_the_walk(walking: WalkingMethods, stage: S
     time.sleep(0.3)
     assert not ended.done()
     stage.place, stage.state = 0.3, "stand"
-    assert ended.result(PATIENT) is True
+    assert ended.result(TIMEOUT) is True
     assert call(walking, "getRobotPosition", True) == [0.3, 0.0, 0.0]
     assert stage.did[-1] == "walk 0.15 0.3"
 
@@ -230,7 +228,7 @@ def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage)
     until(lambda: stage.state == "walk")
     stage.state = "fallen"
     with pytest.raises(NaoqiRefused, match="The robot fell"):
-        ended.result(PATIENT)
+        ended.result(TIMEOUT)
 
 
 @pytest.mark.parametrize(
@@ -268,7 +266,7 @@ def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: Walkin
     assert stage.target == pytest.approx((0.2, 0.0, 0.0))
     assert not ended.done()
     stage.state = "stand"
-    assert ended.result(PATIENT) is True
+    assert ended.result(TIMEOUT) is True
 
 
 @pytest.mark.parametrize("arguments", [(0.1, 0.2, 0.3), ([0.1, 0.2, 0.3],)])
@@ -277,13 +275,13 @@ def test_move_to_is_a_walk_to_a_place(all_ways: WalkingMethods, stage: Stage, ar
     until(lambda: stage.state == "walk")
     assert stage.target == (0.1, 0.2, 0.3)
     stage.state = "stand"
-    assert ended.result(PATIENT) is True
+    assert ended.result(TIMEOUT) is True
 
 
 def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage) -> None:
     """A step of 8 cm, closed by the other foot; then a turn of 1 rad on the left foot."""
     steps = partial(begin, all_ways, "setFootSteps")
-    assert steps(["LLeg", "RLeg"], [[0.08, 0.1, 0.0], [0.0, -0.1, 0.0]], [1, 2], True).result(PATIENT) is None
+    assert steps(["LLeg", "RLeg"], [[0.08, 0.1, 0.0], [0.0, -0.1, 0.0]], [1, 2], True).result(TIMEOUT) is None
     assert stage.state == "walk"
     assert stage.target == pytest.approx((0.08, 0.0, 0.0))
     stage.state = "stand"
@@ -311,7 +309,7 @@ def test_footsteps_of_a_walk_lead_to_its_end(all_ways: WalkingMethods, stage: St
     assert end == pytest.approx(planar(0.2, 0.0, 0.3), abs=1e-9)
     assert call(all_ways, "getNextRobotPosition") == pytest.approx([0.08, 0.0, 0.12])
     stage.place, stage.state = 0.2, "stand"
-    ended.result(PATIENT)
+    ended.result(TIMEOUT)
     until(lambda: all_ways.steps_ahead() == [[], []])
     assert call(all_ways, "getNextRobotPosition") == call(all_ways, "getRobotPosition", False)
 
@@ -379,13 +377,13 @@ def test_a_program_that_steers_is_not_held_up_and_its_newest_velocity_counts(
     """The vendor's move and moveToward do not wait; the walker takes a tenth of a second for each order."""
     call(walking, "moveToward", 0.2, 0.0, 0.0)
     free, walk = threading.Event(), stage.walk
-    monkeypatch.setattr(stage, "walk", lambda **order: (free.wait(PATIENT), walk(**order))[1])
+    monkeypatch.setattr(stage, "walk", lambda **order: (free.wait(TIMEOUT), walk(**order))[1])
     for speed in (0.4, 0.6, 0.8, 1.0):
         call(walking, "moveToward", speed, 0.0, 0.0)
     stopped = begin(walking, "stopMove")
     assert stage.did[-1] == "walk 0.03 None"
     free.set()
-    stopped.result(PATIENT)
+    stopped.result(TIMEOUT)
     walks = [did for did in stage.did if did.startswith("walk")]
     assert len(walks) <= 3 and walks[-1] == "walk 0.15 None"
     assert stage.did[-1] == "stop"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import zenoh
 
 from bridge.adapters.ros.bridge import RosBridge, RosCounts
-from bridge.adapters.ros.orders import HOLD_TIME
+from bridge.adapters.ros.orders import HOLD_TIME, JointPath
 from bridge.adapters.ros.wire import RosNode
 from bridge.link import keys
 from bridge.link.query import serve_query
@@ -137,9 +138,18 @@ def test_a_way_of_the_head_is_followed_to_its_end(bridged: Bridged) -> None:
     until(lambda: bridged.upper and bridged.upper[-1].position == (0.4, -0.2), "the end of the way")
     yaw = [order.position[0] for order in bridged.upper]
     assert yaw == sorted(yaw)
-    assert len(yaw) > 2
     assert all(order.position[1] == pytest.approx(-0.5 * order.position[0]) for order in bridged.upper)
     assert {order.joints for order in bridged.upper} == {("HeadYaw", "HeadPitch")}
+
+
+def test_between_two_points_of_a_way_the_joints_move_evenly() -> None:
+    def point(at: int, *positions: float) -> SimpleNamespace:
+        return SimpleNamespace(time_from_start=SimpleNamespace(sec=at, nanosec=0), positions=positions)
+
+    way = JointPath(SimpleNamespace(joint_names=["HeadYaw"], points=[point(0, 0.0), point(2, 0.4)]))
+    orders = [way.now(moment) for moment in (7.0, 7.5, 8.0, 9.0, 12.0)]
+    assert [order.position[0] for order, _ in orders] == pytest.approx([0.0, 0.1, 0.2, 0.4, 0.4])
+    assert [finished for _, finished in orders] == [False, False, False, True, True]
 
 
 def test_it_ends_with_its_counts_and_the_walk_stops() -> None:
