@@ -11,7 +11,7 @@ from playwright.sync_api import Error, Page, sync_playwright
 from nao_hil.view.video import SOFTWARE
 from tests.loops import until
 
-TIMEOUT = 300_000
+TIMEOUT = 120_000
 """ms: a browser that draws in software beside a robot on two cores takes its time."""
 OWN = ("http://127.0.0.1:", "ws://127.0.0.1:", "data:")
 """Beginnings of addresses that the page may ask for."""

@@ -151,6 +151,8 @@ def test_text_that_is_no_number_is_refused_beside_the_field_and_not_sent(live: L
 
 def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live, tmp_path: Path) -> None:
     page, path, lamp = live.page, str(tmp_path / "lola"), list(lamps(load_body(BODY))).index("ChestBoard/Led/")
+    with WorldClient(connect=live.endpoint) as world:
+        world.send(Reset())  # it faces the viewer again, wherever it has walked
     live.stands()
 
     def colour() -> tuple[int, ...]:
@@ -176,11 +178,16 @@ def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live,
     with socket.socket(socket.AF_UNIX) as program:
         program.connect(path)
         threading.Thread(target=read_away, args=(program,), daemon=True).start()
-        for rgb in ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
+
+        def shines(rgb: tuple[float, ...], seen: tuple[int, ...]) -> bool:
+            """After another packet, as programs send one in each cycle."""
             program.sendall(msgpack.packb({"Chest": rgb}, use_single_float=True))
-            until(partial(lit, *(int(255 * share) for share in rgb)), f"the light {rgb}", pause=0.2)
-        program.sendall(msgpack.packb({"Chest": (0.0, 0.0, 0.0)}, use_single_float=True))
-        until(partial(lit, *dark), "darkness", pause=0.2)
+            return lit(*seen)
+
+        for rgb in ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
+            seen = tuple(int(255 * share) for share in rgb)
+            until(partial(shines, rgb, seen), f"the light {rgb}", pause=0.1)
+        until(partial(shines, (0.0, 0.0, 0.0), dark), "darkness", pause=0.1)
 
 
 @pytest.mark.realtime
