@@ -98,7 +98,10 @@ def test_the_robot_of_a_recorded_world_is_chosen_in_the_page_with_its_game(tmp_p
         assert "blue:" not in game
         page.get_by_label("robot that is shown and gets the orders").select_option("red")
         assert page.inner_text("#title") == "robot red"
-        assert all(word in page.inner_text("#game") for word in ("1 : 0", "red: player-pushing"))
+        until(
+            lambda: all(word in page.inner_text("#game") for word in ("1 : 0", "red: player-pushing")),
+            "the game as red sees it, with the page's next picture",
+        )
         ((name, torso, _),) = page.evaluate(OTHERS)
         assert name == "blue" and torso[:2] == pytest.approx(PLACES["blue"][1][:2], abs=0.05)
         assert errors == [file.as_uri()]  # no other address is asked for
