@@ -209,7 +209,8 @@ class Follower:
         self._world: WorldReply | None = None
         self._walker_ended: Notice | None = None
         """Notice that `nao-hil up` lost its walker."""
-        self._state: dict[str, Any] = {}
+        self._state = self._describe(0.0)
+        """As the browsers have it: a run that begins before the first poll has ended shows it, too."""
         self._watcher: threading.Thread | None = None
 
     def poll(self) -> None:
@@ -231,7 +232,7 @@ class Follower:
             self._subscriber.close()
         self._subscriber, self._builder = None, CycleBuilder()
         self._run = self._guard = self._walk = self._world = self._walker_ended = None
-        self._state = {}
+        self._state = self._describe(0.0)
 
     @property
     def known(self) -> bool:
@@ -275,13 +276,18 @@ class Follower:
 
     def _publish_state(self) -> None:
         """Send the state where it has changed."""
-        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._last_frame_at
-        state = describe(newest, self._guard, self._walk, self._world, silent)
-        state["holds"] = self._hand is not None and self._hand.holds
-        state["notice"] = self._notice(newest)
+        state = self._describe(time.monotonic() - self._last_frame_at)
         if state != self._state:
             self._state = state
             self._server.publish({"state": state})
+
+    def _describe(self, silent: float) -> dict[str, Any]:
+        """The state now; `silent`: time since the last frame, s."""
+        newest = self._run.newest if self._run else None
+        state = describe(newest, self._guard, self._walk, self._world, silent)
+        state["holds"] = self._hand is not None and self._hand.holds
+        state["notice"] = self._notice(newest)
+        return state
 
     def _notice(self, newest: Cycle | None) -> str:
         """Notice of the walker's end, until another one has held the robot for `NOTICE_CYCLES`."""
@@ -399,7 +405,7 @@ class Follower:
             f"{run.name}/{file.stem}": file for run in self._runs() for file in sorted(run.glob("frames*.mcap"))
         }
         if path == "/recordings":
-            sizes = json.dumps({name: file.stat().st_size for name, file in files.items()}).encode()
+            sizes = json.dumps({name: files[name].stat().st_size for name in in_order(files)}).encode()
             return Answer(HTTPStatus.OK, sizes, (("Content-Type", "application/json"),))
         name, _, kind = path.lstrip("/").rpartition(".")
         if name not in files or kind not in ("mcap", "html"):

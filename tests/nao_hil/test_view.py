@@ -357,6 +357,21 @@ def test_an_order_reaches_the_robot_that_the_page_showed_whichever_is_chosen_sin
     assert not done and "'blue'" in answer
 
 
+def test_a_run_that_begins_with_the_first_message_of_its_robot_has_a_whole_state(
+    link: tuple[LinkFollower, FakeCommands],
+) -> None:
+    for follower in map(link[0].follower, ("red", "blue")):
+        for _ in range(2):
+            info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
+            follower._run = LiveRun(info, "robot", None)  # type: ignore[arg-type]
+            packed = follower._packed()
+            assert packed is not None
+            state = unpacked(packed)[0]["live"]["state"]
+            assert describe(None, None, None, None, 0.0).items() <= state.items()
+            assert state["words"] == "waits for the robot"
+            follower.hide()  # another robot is chosen, and then this one again
+
+
 def test_a_stop_of_all_robots_reaches_each_and_names_the_one_that_is_silent() -> None:
     endpoint, reached = free_endpoint(), list[bytes]()
     down = GuardStatus(seq=1, state="crouch", reason="stop", armed=False, text="It goes down.")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
 
 from playwright.sync_api import Error, Page, sync_playwright
 
 from nao_hil.view.video import SOFTWARE
-from tests.loops import until
+from tests.loops import repeat_while, until
 
 TIMEOUT = 120_000
 """ms: a browser that draws in software beside a robot on two cores takes its time."""
@@ -29,8 +31,20 @@ def browser_page(errors: list[str]) -> Iterator[Page]:
         opened.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
         opened.on("pageerror", lambda error: errors.append(str(error)))
         opened.on("request", lambda r: None if r.url.startswith(OWN) else errors.append(r.url))
-        yield opened
-        browser.close()
+        try:
+            yield opened
+        except AssertionError as error:
+            raise AssertionError(f"{error}\nThe page shows:\n{shown(opened)}") from error
+        finally:
+            browser.close()
+
+
+def shown(page: Page) -> str:
+    """Texts of the page, for the report of a test that failed."""
+    page.set_default_timeout(5000)
+    with suppress(Error):
+        return page.inner_text("body")
+    return "nothing; it does not answer"
 
 
 def open_page(page: Page, port: int) -> None:
@@ -51,6 +65,21 @@ def open_page(page: Page, port: int) -> None:
 def state(page: Page, words: str) -> None:
     """Wait until the robot's state is this."""
     until(lambda: words in page.inner_text("#state"), f"the state `{words}`")
+
+
+def insist(act: Callable[[], object], condition: Callable[[], Any], what: str) -> None:
+    """Do something again and again until it has its effect, as a person does whose page had no connection."""
+
+    def done() -> Any:
+        act()
+        deadline = time.monotonic() + 10.0
+        for _ in repeat_while(lambda: time.monotonic() < deadline, limit=1000):
+            if value := condition():
+                return value
+            time.sleep(0.05)
+        return None
+
+    until(done, what)
 
 
 def press(page: Page, tab: str, button: str) -> None:

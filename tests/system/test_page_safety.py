@@ -121,6 +121,18 @@ def test_a_lost_page_knows_nothing_of_the_robot_and_its_emergency_stop_says_that
     assert page.inner_text("#toast") == "The end of it."
 
 
+def test_a_message_that_the_page_cannot_take_stops_no_later_one(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        state = page.evaluate("player.runs[0].header.live.state")
+        server.publish({"state": {}})
+        server.publish({"state": state | {"words": "is shown again"}})
+        until(lambda: "is shown again" in page.inner_text("#state"), "the later one")
+    finally:
+        server.close()
+
+
 def test_a_connection_that_is_only_silent_counts_as_lost_and_an_unanswered_stop_is_reported(
     served: Served, page: Page
 ) -> None:

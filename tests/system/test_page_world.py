@@ -16,7 +16,7 @@ from bridge.messages.world import PlaceObject
 from nao_hil.view.page import world_page, world_recordings
 from tests.loops import until
 from tests.made_worlds import PLACES, record_world
-from tests.system.pages import browser_page, open_page
+from tests.system.pages import browser_page, insist, open_page
 
 Start = Callable[..., Any]
 
@@ -57,8 +57,11 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         chooser = page.get_by_label("robot that is shown and gets the orders")
         until(lambda: chooser.locator("option").count() == 2, "both robots")
         assert chooser.input_value() == "blue"
-        chooser.select_option("red")
-        until(lambda: [each[0] for each in page.evaluate(OTHERS)] == ["blue"], "the other robot")
+
+        def others() -> list[str]:
+            return [each[0] for each in page.evaluate(OTHERS)]
+
+        insist(lambda: chooser.select_option("red"), lambda: others() == ["blue"], "the other robot")
         ((name, torso, numbers),) = page.evaluate(OTHERS)
         assert name == "blue" and numbers > 3 * 20
         assert torso[:2] == pytest.approx([0.9, 0.4], abs=0.05) and 0.2 < torso[2] < 0.4
@@ -66,16 +69,18 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         objects = partial(page.evaluate, "player.runs[0].header.objects.map(({ shape }) => shape)")
         until(lambda: sorted(objects()) == [*["ball"], *["box"] * 2, *["pole"] * 4], "ball and goals")
 
-        chooser.focus()
-        page.keyboard.press("ArrowUp")  # the names are in alphabetical order
-        until(lambda: page.inner_text("#title") == "robot blue", "the chosen robot")
-        until(lambda: [each[0] for each in page.evaluate(OTHERS)] == ["red"], "the other one")
-        page.keyboard.press("Escape")  # the chooser has the focus
-        until(lambda: guards["blue"].status().reason == "stop", "the stop of the chosen robot")
+        def choose_by_key() -> None:
+            chooser.focus()
+            page.keyboard.press("ArrowUp")  # the names are in alphabetical order
+
+        insist(choose_by_key, lambda: page.inner_text("#title") == "robot blue", "the chosen robot")
+        until(lambda: others() == ["red"], "the other one")
+        escape = partial(page.keyboard.press, "Escape")  # the chooser has the focus
+        insist(escape, lambda: guards["blue"].status().reason == "stop", "the stop of the chosen robot")
         assert guards["red"].status().armed
-        page.get_by_role("button", name="Emergency stop all", exact=True).click()
-        until(lambda: not guards["red"].status().armed, "the stop of all")
-        until(lambda: "red: " in page.inner_text("#toast"), "the answer of each")
+        stop_all = page.get_by_role("button", name="Emergency stop all", exact=True)
+        insist(stop_all.click, lambda: not guards["red"].status().armed, "the stop of all")
+        insist(stop_all.click, lambda: "red: " in page.inner_text("#toast"), "the answer of each")
         assert errors == []
 
 

@@ -44,7 +44,7 @@ class Live {
     this.heard = performance.now();
     this.socket.onmessage = ({ data }) => {
       this.heard = performance.now();
-      chain = chain.then(() => this.take(data));
+      chain = chain.then(() => this.take(data)).catch(reportError); // the messages after a faulty one are taken
     };
     this.socket.onopen = () => this.connected(true);
     const { socket } = this;
@@ -62,7 +62,7 @@ class Live {
   connected(on) {
     this.lost = !on;
     document.body.classList.toggle("lost", !on);
-    for (const each of document.querySelectorAll("#orders button:not(.stop), .tab.live :is(button, input, select)")) each.disabled = !on;
+    for (const each of document.querySelectorAll("#robot, #orders button:not(.stop), .tab.live :is(button, input, select)")) each.disabled = !on;
     if (on) {
       [this.ended, this.runEnded] = [undefined, false];
       if (this.why) this.notify("");
@@ -116,6 +116,7 @@ class Live {
     }
     if (message.urgent) clearTimeout(this.unanswered);
     if (message.answer) this.notify(message.answer, message.done);
+    if (message.done === false && header) this.player.chooser(header); // a choice may have been refused
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
     if (message.prints) message.prints.forEach((print) => run.print(print));
