@@ -59,7 +59,7 @@ def walk(
     """
     # imported late: the walk needs SciPy, which help and completion need not wait for
     with loading():
-        from nao_hil.runs.build import clipped_velocity, controller_maker
+        from nao_hil.runs.build import cautions, controller_maker
         from walker.process import WalkerProcess
         from walker.service import WalkService
 
@@ -77,8 +77,8 @@ def walk(
         recover=recover,
     )
     log_to_stderr()
-    if clipped := clipped_velocity(settings):
-        logging.getLogger(__name__).warning("%s", clipped)
+    for caution in cautions(settings):
+        logging.getLogger(__name__).warning("%s", caution)
     body = settings.robot if robot is not None or config is not None else None
     priority = CONTROLLER_PRIORITY if realtime_priority else None
     # made first: a wrong parameter is an error before the link is opened

@@ -175,11 +175,20 @@ def _moving(settings: RunConfig, changes: dict[str, Any]) -> GaitParameters:
     return parameters.with_velocity((x, y, turn))
 
 
-def clipped_velocity(settings: RunConfig) -> str:
-    """Sentence on the velocity cut off by the limits of a run's gait; empty: none."""
-    if not settings.velocity:
-        return ""
-    wanted, walked = settings.velocity, _moving(settings, settings.parameters).velocity
-    words = clipped_in_words((wanted[0], wanted[1], wanted[2]), walked)
-    x, y, turn = walked
-    return f"{words}: {x:.3g} m/s, {y:.3g} m/s and {turn:.3g} rad/s." if words else ""
+def cautions(settings: RunConfig) -> list[str]:
+    """Sentences on a run that goes otherwise than a user may expect: a velocity beyond the gait's limits, and
+    admittances with a gait whose footholds follow the measured capture point, which they disturb.
+    """
+    said = []
+    if settings.velocity:
+        wanted, walked = settings.velocity, _moving(settings, settings.parameters).velocity
+        words = clipped_in_words((wanted[0], wanted[1], wanted[2]), walked)
+        x, y, turn = walked
+        said += [f"{words}: {x:.3g} m/s, {y:.3g} m/s and {turn:.3g} rad/s."] if words else []
+    own, switches = (controller_parameters(settings.gait, c).switches for c in ({}, settings.controller))
+    if own.foothold_feedback and (switches.leg_admittance or switches.ankle_admittance):
+        said.append(
+            f"The gait {settings.gait} falls with the admittances on (docs/walking.md); with `--stabilizer own` "
+            "and no `--admittance` it walks."
+        )
+    return said

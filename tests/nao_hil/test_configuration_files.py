@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,7 +12,7 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.cli.config import KINDS, kind_of
-from nao_hil.runs.build import check_run
+from nao_hil.runs.build import cautions, check_run
 from nao_hil.runs.config import RunConfig, run_config
 
 
@@ -71,3 +72,21 @@ def test_a_ground_that_no_engine_can_lay_is_refused(tmp_path: Path, text: str, w
     file.write_text(text)
     with pytest.raises(ConfigurationError, match=words):
         KINDS["scenario"][1](file)
+
+
+@pytest.mark.parametrize(
+    ("gait", "changes", "word"),
+    [
+        ("omni", {"velocity": (2.0, 0.0, 0.0)}, "0.4 m/s"),
+        ("omni", {"controller": {"switches": {"leg_admittance": True}}}, "admittances"),
+        ("omni", {"controller": {"switches": {"ankle_admittance": True}}}, "admittances"),
+        ("static", {"controller": {"switches": {"leg_admittance": True}}}, None),  # its own
+        ("omni", {"velocity": (0.2, 0.0, 0.0)}, None),
+    ],
+)
+def test_a_run_that_goes_otherwise_than_its_user_may_expect_says_so(
+    gait: str, changes: dict[str, Any], word: str | None
+) -> None:
+    said = cautions(RunConfig(gait=gait, **changes))
+    assert len(said) == (word is not None)
+    assert all(str(word) in sentence for sentence in said)

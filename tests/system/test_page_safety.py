@@ -108,6 +108,7 @@ def test_a_lost_page_knows_nothing_of_the_robot_and_its_emergency_stop_says_that
             browser._connection.socket.shutdown(socket.SHUT_RDWR)
     until(lambda: "the robot may still move" in page.inner_text("#state"), "the lost connection")
     assert page.get_by_role("button", name="Walk", exact=True).is_disabled()
+    assert page.locator("#robot").is_disabled()  # a choice would be lost
     page.get_by_role("button", name="Emergency stop").click()
     assert "DID NOT GO OUT" in page.inner_text("#toast")
     page.wait_for_timeout(2000)
