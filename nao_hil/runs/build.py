@@ -176,8 +176,10 @@ def _moving(settings: RunConfig, changes: dict[str, Any]) -> GaitParameters:
 
 
 def cautions(settings: RunConfig) -> list[str]:
-    """Sentences on a run that goes otherwise than a user may expect: a velocity beyond the gait's limits, and
-    admittances with a gait whose footholds follow the measured capture point, which they disturb.
+    """Sentences on a run that goes otherwise than a user may expect.
+
+    Its velocity may be beyond the gait's limits, or its admittances disturb a gait whose footholds follow the
+    measured capture point.
     """
     said = []
     if settings.velocity:
@@ -188,7 +190,7 @@ def cautions(settings: RunConfig) -> list[str]:
     own, switches = (controller_parameters(settings.gait, c).switches for c in ({}, settings.controller))
     if own.foothold_feedback and (switches.leg_admittance or switches.ankle_admittance):
         said.append(
-            f"The gait {settings.gait} falls with the admittances on (docs/walking.md); with `--stabilizer own` "
-            "and no `--admittance` it walks."
+            f"The gait {settings.gait} falls with the admittances on (docs/walking.md); with `--stabilizer "
+            "own` and no `--admittance` it walks."
         )
     return said
