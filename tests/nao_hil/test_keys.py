@@ -38,7 +38,7 @@ def test_a_role_is_not_taken_for_another(folder: Path) -> None:
 
 
 def test_an_expired_certificate_is_named_with_the_way_out(folder: Path) -> None:
-    Keys(folder).issue("controller", days=0.0)
+    Keys(folder).issue("controller", days=-1.0)
     with pytest.raises(ConfigurationError, match=r"it has expired.*--renew"):
         load_certificates(folder, "controller")
 
