@@ -54,13 +54,14 @@ class Served:
     folder: Path
     orders: list[dict[str, Any]] = field(default_factory=list)
     armed: bool | None = True
+    side: str = "emulator"
 
     def open(self) -> PageServer:
         """Serve it."""
         body, builder = load_body("nao-v6"), CycleBuilder()
         server, stop = PageServer("127.0.0.1", self.port, Access()), threading.Event()
         follower = LinkFollower(server, "nao", "tcp/127.0.0.1:1", stop).follower("nao")
-        info = SimpleNamespace(body=body.name, sheet="", side="emulator", mode="real-time")
+        info = SimpleNamespace(body=body.name, sheet="", side=self.side, mode="real-time")
         run = follower._run = LiveRun(info, "robot nao", None)  # type: ignore[arg-type]
         with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
             for _ in range(300):
@@ -259,5 +260,20 @@ def test_arm_is_offered_only_by_the_robots_own_word(
         open_page(page, served.port)
         for name in ("Walk", "Arm"):
             assert page.get_by_role("button", name=name, exact=True).is_visible() == (name == shown)
+    finally:
+        server.close()
+
+
+def test_the_page_of_a_real_robot_has_no_world_and_shows_its_state(served: Served, page: Page) -> None:
+    served.side = "naoqi"
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        state = page.evaluate("player.runs[0].header.live.state")
+        server.publish({"state": state | {"words": "stands", "holder": "walker"}})
+        until(lambda: "stands" in page.inner_text("#state"), "the state")
+        tab(page, "Walk")
+        until(lambda: "controller: walker" in page.inner_text(".tab[data-name=Walk]"), "the controller")
+        assert page.get_by_role("tab", name="World").count() == 0
     finally:
         server.close()

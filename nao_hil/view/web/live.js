@@ -191,7 +191,7 @@ class Live {
     this.everywhere = everywhere;
     if (state.gait && ![...this.gait.options].some(({ value }) => value === state.gait)) this.gait.add(new Option(state.gait));
     this.velocity.show(state.velocity, everywhere);
-    this.paused.textContent = state.paused ? "Resume" : "Pause";
+    if (this.paused) this.paused.textContent = state.paused ? "Resume" : "Pause"; // a real robot has no world
     this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;
     this.player.chip();
     if (this.holds !== state.holds) this.sliders((this.holds = state.holds));
