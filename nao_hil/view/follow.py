@@ -496,10 +496,9 @@ class LinkFollower:
         names, robot = list(self.robots.found), order.robot or self._chosen
         if isinstance(order, StopAll):
             known = {name: follower for name, follower in list(self._followers.items()) if follower.known}
-            sentence = stop_all({*names, *known}, self.endpoint)
             for follower in known.values():
-                follower.release()
-            return sentence
+                follower.release()  # also one that the stop does not reach: its walk ends by itself
+            return stop_all({*names, *known}, self.endpoint)
         if isinstance(order, Choose):
             if robot not in names:
                 raise FrameError(unknown_name("robot", robot, names))

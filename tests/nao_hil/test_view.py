@@ -42,7 +42,7 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import LinkFollower, LiveRun
+from nao_hil.view.follow import LEARNED, LinkFollower, LiveRun
 from nao_hil.view.live import stop_all
 from nao_hil.view.orders import (
     ABSENCE_TIMEOUT,
@@ -393,6 +393,20 @@ def test_a_stop_of_all_robots_says_that_it_reached_none(
     assert not done and "tcp/127.0.0.1:1" in answer
 
 
+def test_the_page_keeps_no_walk_alive_that_a_stop_of_all_robots_did_not_reach(
+    link: tuple[LinkFollower, FakeCommands], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follower, others = link
+    others.state = "walk"
+    driving = follower.follower("blue")._driving = follower.follower("blue")._orders._driving  # type: ignore[union-attr]
+    assert follower.carry_out('{"do":"steer","robot":"blue","velocity":[0.1,0,0]}')[1]
+    assert not follower.carry_out('{"do":"stop-all"}')[1]  # nothing listens there
+    monkeypatch.setattr("nao_hil.drive.session.KEEPALIVE_INTERVAL", 0.0)
+    sent = len(others.sent)
+    driving.keep_alive()
+    assert len(others.sent) == sent
+
+
 WAYS = {
     "pad": [("steer", {"velocity": [0.2, -0.05, 0.4]})],
     "keys": [("key", {"key": "w"})],
@@ -428,6 +442,22 @@ def test_each_way_of_driving_is_kept_alive_and_stopped_once_no_page_is_open(
     sent = len(commands.sent)
     driving.keep_alive()
     assert len(commands.sent) == sent
+
+
+@pytest.mark.parametrize("way", ["begins with it", "another gait before"])
+def test_a_stick_steers_and_stops_a_walk_of_a_learned_gait(
+    order: Callable[..., tuple[str, bool]], commands: FakeCommands, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    if way == "another gait before":
+        assert order("key", key="x")[1]
+    learned = msgspec.structs.replace(STATUS, gait=LEARNED[0])
+    monkeypatch.setattr(commands, "status", lambda: learned)
+    monkeypatch.setattr(commands, "send", lambda command: (commands.sent.append(command), learned)[1])
+    assert order("walk", command={"op": "walk", "gait": LEARNED[0]})[1]
+    assert order("steer", velocity=[0.05, 0.02, 0.1])[1]
+    assert commands.sent[-1].velocity == pytest.approx((0.05, 0.02, 0.1))
+    assert order("steer", velocity=[0, 0, 0])[1]
+    assert commands.sent[-1] == WalkCommand(op="stop")
 
 
 def test_a_stop_that_was_not_answered_is_sent_again(
