@@ -287,6 +287,7 @@ class Follower:
         state = describe(newest, self._guard, self._walk, self._world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
         state["notice"] = self._notice(newest)
+        state["slow"] = self._link.speed
         return state
 
     def _notice(self, newest: Cycle | None) -> str:
@@ -472,6 +473,11 @@ class LinkFollower:
         if self._slow is None:
             self._slow = SlowMotion(commands.world, cycle)
         return self._slow
+
+    @property
+    def speed(self) -> float:
+        """Robot time per time of the clock, by the slow motion."""
+        return self._slow.speed if self._slow is not None else 1.0
 
     def _look(self) -> None:
         """Look for robots that came or went, apart from the drawing."""

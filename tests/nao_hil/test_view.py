@@ -450,9 +450,7 @@ def test_a_stick_steers_and_stops_a_walk_of_a_learned_gait(
 ) -> None:
     if way == "another gait before":
         assert order("key", key="x")[1]
-    learned = msgspec.structs.replace(STATUS, gait=LEARNED[0])
-    monkeypatch.setattr(commands, "status", lambda: learned)
-    monkeypatch.setattr(commands, "send", lambda command: (commands.sent.append(command), learned)[1])
+    monkeypatch.setattr("tests.nao_hil.test_view.STATUS", msgspec.structs.replace(STATUS, gait=LEARNED[0]))
     assert order("walk", command={"op": "walk", "gait": LEARNED[0]})[1]
     assert order("steer", velocity=[0.05, 0.02, 0.1])[1]
     assert commands.sent[-1].velocity == pytest.approx((0.05, 0.02, 0.1))
