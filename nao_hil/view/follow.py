@@ -207,6 +207,8 @@ class Follower:
         self._guard: GuardStatus | None = None
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
+        self._ground_is_late = False
+        """The ground, which is sent with the run, was not known at its begin."""
         self._walker_ended: Notice | None = None
         """Notice that `nao-hil up` lost its walker."""
         self._state = self._describe(0.0)
@@ -224,6 +226,9 @@ class Follower:
             self._last_frame_at = time.monotonic()
         for message in self._subscriber.take():
             self._process(message)
+        if self._ground_is_late and self._run is not None:
+            self._ground_is_late = False
+            self._server.feed(self._packed, self._link.carry_out, self._file)
         self._publish_state()
 
     def hide(self) -> None:
@@ -270,7 +275,12 @@ class Follower:
             self._server.publish({"caption": message.text})
         if isinstance(message, Notice) and message.code == WALKER_ENDED:
             self._walker_ended = message
-        if (cycle := self._builder.add(message)) is not None and self._run is not None:
+        cycle = self._builder.add(message)
+        if cycle is None or self._run is None:
+            return
+        if (
+            isinstance(message, SensorFrame) and message.seq >= cycle.sensors.seq
+        ):  # else it is of the run before
             for part in self._run.take(cycle):
                 self._server.publish(part)
 
@@ -384,9 +394,13 @@ class Follower:
 
     def _ask_world(self, run: LiveRun) -> None:
         with contextlib.suppress(NaoHilError):
-            before, world = self._world, self._commands.world(Status())
+            known = run.rows.world is not None
+            before, world = self._world, self._commands.world(Status(terrain=not known))
+            if self._run is not run:
+                return  # another robot is shown, or this one began again
             self._world = world
             run.set_world(world)
+            self._ground_is_late |= not known and world.terrain is not None
             if before is None or (before.objects, before.floor) != (world.objects, world.floor):
                 self._server.publish({"world": world_json(run.rows.world)})
 
