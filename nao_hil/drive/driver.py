@@ -17,6 +17,8 @@ TURN_STEP: Final = 0.1
 """rad/s per key press; for gaits that can."""
 DEAD_ZONE: Final = 0.15
 """Share of the stick's way that counts as rest."""
+LEARNED_SPEED: Final = 0.1
+"""m/s taken for the own speed of a learned gait, whose sheet is on the walker's machine."""
 HOLD: Final = 3.0
 """s; the robot stops by itself this long after the driver's last word."""
 
@@ -95,8 +97,7 @@ class Driver:
 
     def under_way(self, status: WalkStatus) -> DriveTarget:
         """The target at takeover of a walk: the step of speed next to its speed."""
-        step = self.speeds.get(status.gait, 0.0) / SPEED_STEPS
-        forward = round(status.velocity[0] / step) if step > 0.0 else 1
+        forward = round(status.velocity[0] / self._step(status.gait))
         if not any(status.velocity[1:]):
             forward = max(1, forward)
         sideways, turn = round(status.velocity[1] / SIDEWAYS_STEP), round(status.velocity[2] / TURN_STEP)
@@ -132,13 +133,17 @@ class Driver:
     def steer(self, target: DriveTarget, velocity: Vec3) -> DriveTarget:
         """The target with a velocity, m/s, m/s, rad/s."""
         x, y, turn = velocity
-        step = self.speeds[target.gait] / SPEED_STEPS
-        return replace(target, forward=x / step, sideways=y / SIDEWAYS_STEP, turn=turn / TURN_STEP)
+        forward = x / self._step(target.gait)
+        return replace(target, forward=forward, sideways=y / SIDEWAYS_STEP, turn=turn / TURN_STEP)
 
     def velocity(self, target: DriveTarget) -> Vec3:
         """Velocity that a target asks for, m/s, m/s, rad/s."""
-        step = self.speeds.get(target.gait, 0.0) / SPEED_STEPS
+        step = self._step(target.gait)
         return target.forward * step, target.sideways * SIDEWAYS_STEP, target.turn * TURN_STEP
+
+    def _step(self, gait: str) -> float:
+        """Step of speed of a gait, m/s."""
+        return self.speeds.get(gait, LEARNED_SPEED) / SPEED_STEPS
 
     def command(self, before: DriveTarget, target: DriveTarget, key: str = "") -> WalkCommand | None:
         """Command to the walker after a key; None: none.

@@ -10,7 +10,7 @@ import msgspec
 from bridge.errors import LinkError, WalkRefused
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.types import Vec3
-from nao_hil.drive.driver import HOLD, Driver, DriveTarget
+from nao_hil.drive.driver import HOLD, LEARNED_SPEED, Driver, DriveTarget
 from walker.gaits import GAITS, gait_parameters
 
 KEEPALIVE_INTERVAL: Final = 1.0
@@ -27,10 +27,6 @@ class Walker(Protocol):
 
     def status(self) -> WalkStatus:
         """State of the walker."""
-
-
-LEARNED_SPEED: Final = 0.1
-"""m/s taken for the own speed of a learned gait, whose sheet is on the walker's machine."""
 
 
 class Session:

@@ -207,6 +207,8 @@ class Follower:
         self._guard: GuardStatus | None = None
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
+        self._ground_is_late = False
+        """The ground, which is sent with the run, was not known at its begin."""
         self._walker_ended: Notice | None = None
         """Notice that `nao-hil up` lost its walker."""
         self._state = self._describe(0.0)
@@ -224,6 +226,9 @@ class Follower:
             self._last_frame_at = time.monotonic()
         for message in self._subscriber.take():
             self._process(message)
+        if self._ground_is_late and self._run is not None:
+            self._ground_is_late = False
+            self._server.feed(self._packed, self._link.carry_out, self._file)
         self._publish_state()
 
     def hide(self) -> None:
@@ -270,7 +275,12 @@ class Follower:
             self._server.publish({"caption": message.text})
         if isinstance(message, Notice) and message.code == WALKER_ENDED:
             self._walker_ended = message
-        if (cycle := self._builder.add(message)) is not None and self._run is not None:
+        cycle = self._builder.add(message)
+        if cycle is None or self._run is None:
+            return
+        if (
+            isinstance(message, SensorFrame) and message.seq >= cycle.sensors.seq
+        ):  # else it is of the run before
             for part in self._run.take(cycle):
                 self._server.publish(part)
 
@@ -287,6 +297,7 @@ class Follower:
         state = describe(newest, self._guard, self._walk, self._world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
         state["notice"] = self._notice(newest)
+        state["slow"] = self._link.speed
         return state
 
     def _notice(self, newest: Cycle | None) -> str:
@@ -383,9 +394,13 @@ class Follower:
 
     def _ask_world(self, run: LiveRun) -> None:
         with contextlib.suppress(NaoHilError):
-            before, world = self._world, self._commands.world(Status())
+            known = run.rows.world is not None
+            before, world = self._world, self._commands.world(Status(terrain=not known))
+            if self._run is not run:
+                return  # another robot is shown, or this one began again
             self._world = world
             run.set_world(world)
+            self._ground_is_late |= not known and world.terrain is not None
             if before is None or (before.objects, before.floor) != (world.objects, world.floor):
                 self._server.publish({"world": world_json(run.rows.world)})
 
@@ -473,6 +488,11 @@ class LinkFollower:
             self._slow = SlowMotion(commands.world, cycle)
         return self._slow
 
+    @property
+    def speed(self) -> float:
+        """Robot time per time of the clock, by the slow motion."""
+        return self._slow.speed if self._slow is not None else 1.0
+
     def _look(self) -> None:
         """Look for robots that came or went, apart from the drawing."""
         while not self.stop.wait(LOOK_INTERVAL):
@@ -496,10 +516,9 @@ class LinkFollower:
         names, robot = list(self.robots.found), order.robot or self._chosen
         if isinstance(order, StopAll):
             known = {name: follower for name, follower in list(self._followers.items()) if follower.known}
-            sentence = stop_all({*names, *known}, self.endpoint)
             for follower in known.values():
-                follower.release()
-            return sentence
+                follower.release()  # also one that the stop does not reach: its walk ends by itself
+            return stop_all({*names, *known}, self.endpoint)
         if isinstance(order, Choose):
             if robot not in names:
                 raise FrameError(unknown_name("robot", robot, names))

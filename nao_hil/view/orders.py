@@ -388,6 +388,13 @@ class SlowMotion:
         self._send, self._cycle = send, cycle
         self._end = threading.Event()
         self._pace: threading.Thread | None = None
+        self._speed = 1.0
+
+    @property
+    def speed(self) -> float:
+        """Robot time per time of the clock; 1: it is not slowed down."""
+        pace = self._pace
+        return self._speed if pace is not None and pace.is_alive() else 1.0
 
     def set_speed(self, speed: float) -> str:
         """Set the speed of the world; 1: as fast as before.
@@ -405,6 +412,7 @@ class SlowMotion:
             return "The robot's time goes on at full speed."
         self._send(Pause())
         self._end.clear()
+        self._speed = speed
         self._pace = threading.Thread(target=self._run, args=(self._cycle / speed,), name="slow", daemon=True)
         self._pace.start()
         return f"The robot's time goes at {speed:g} of its speed."

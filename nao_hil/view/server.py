@@ -41,8 +41,17 @@ HOST_PATH: Final = "/host"
 URGENT_PREFIX: Final = b'{"do":"stop'
 """Beginning of an emergency stop: it waits for no order before it."""
 
+WORDS: Final = ("answer", "caption", "ended")
+"""Messages to all browsers that are no part of the run."""
+
 Whole = Callable[[], "bytes | None"]
 Files = Callable[[str], "Answer | None"]
+
+
+class Word(str):
+    """A message that is no part of the run: a run from its start does not hold it."""
+
+    __slots__ = ()
 
 
 class Browser:
@@ -72,10 +81,18 @@ class Browser:
         else:
             self._queue.put(message)
 
+    def tell(self, message: str) -> None:
+        """Send a message that is no part of the run, also to a browser that is behind."""
+        self._queue.put(Word(message))
+
     def _begin(self) -> None:
+        kept = []
         with contextlib.suppress(queue.Empty):
             while True:
-                self._queue.get_nowait()
+                if isinstance(message := self._queue.get_nowait(), Word | None):
+                    kept.append(message)
+        for message in kept:
+            self._queue.put(message)
         if (run := self._whole()) is not None:
             self._queue.put(run)
 
@@ -173,9 +190,13 @@ class PageServer:
     def publish(self, message: bytes | dict[str, Any]) -> None:
         """Send rows, or an object as JSON, to all browsers."""
         data = message if isinstance(message, bytes) else json.dumps(message)
+        word = not isinstance(message, bytes) and not message.keys().isdisjoint(WORDS)
         with self._lock:
             for browser in self._browsers:
-                browser.put(data)
+                if isinstance(data, str) and word:
+                    browser.tell(data)
+                else:
+                    browser.put(data)
 
     def close(self, last: str = "", *, run: bool = False) -> None:
         """End all connections, after a last sentence for those who watch; `run`: the run has ended as well."""
@@ -207,7 +228,7 @@ class PageServer:
 
     def _answer(self, browser: Browser, text: str | bytes, urgent: bool) -> None:
         sentence, done = self._order(text)
-        browser.put(json.dumps({"answer": sentence, "done": done, "urgent": urgent}))
+        browser.tell(json.dumps({"answer": sentence, "done": done, "urgent": urgent}))
 
     def _file(self, path: str) -> Answer:
         if path in ("/", "/index.html"):

@@ -42,7 +42,7 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING, Symptoms
 from nao_hil.drive.driver import HOLD
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import LinkFollower, LiveRun
+from nao_hil.view.follow import LEARNED, LinkFollower, LiveRun
 from nao_hil.view.live import stop_all
 from nao_hil.view.orders import (
     ABSENCE_TIMEOUT,
@@ -55,7 +55,7 @@ from nao_hil.view.orders import (
 )
 from nao_hil.view.page import page, world_page, world_recordings
 from nao_hil.view.rows import RunRows, events_json
-from nao_hil.view.server import PING_INTERVAL, Browser, PageServer
+from nao_hil.view.server import MAX_BACKLOG, PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import SIGNALS
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
@@ -372,6 +372,47 @@ def test_a_run_that_begins_with_the_first_message_of_its_robot_has_a_whole_state
             follower.hide()  # another robot is chosen, and then this one again
 
 
+def test_ground_that_was_not_answered_at_first_is_asked_for_again_and_shown(
+    link: tuple[LinkFollower, FakeCommands], commands: FakeCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follower, fed = link[0].follower("red"), list[Any]()
+    monkeypatch.setattr(follower._server, "feed", lambda whole, *_: fed.append(whole()), raising=False)
+    monkeypatch.setattr(follower._server, "publish", lambda _: None, raising=False)
+    terrain = initial_world(load_scenario("tiles"), 3).terrain
+    info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
+    run = follower._run = LiveRun(info, "robot", None)  # type: ignore[arg-type]
+    monkeypatch.setattr(
+        follower._commands,
+        "world",
+        lambda command: msgspec.structs.replace(REPLY, terrain=terrain if command.terrain else None),
+    )
+    for _ in range(3):
+        follower._ask_world(run)
+        follower.poll()
+    (packed,) = fed
+    assert {"link": 0}.items() <= unpacked(packed)[0]["pieces"][-1].items()  # type: ignore[index]
+
+
+def test_a_robot_that_begins_again_begins_once_and_without_the_last_cycle_before(
+    link: tuple[LinkFollower, FakeCommands], standing: list[Cycle], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follower, rows, begun = link[0].follower("red"), list[Any](), list[int]()
+    monkeypatch.setattr(follower._server, "publish", rows.append, raising=False)
+    info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
+    monkeypatch.setattr(follower._commands, "info", lambda: info)
+
+    def begin(_: Any) -> None:
+        begun.append(len(rows))
+        follower._run = LiveRun(info, "robot", None)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(follower, "_begin", begin)
+    for cycle in (*standing[:60], *standing[:20]):
+        follower._process(cycle.sensors)
+    assert len(begun) == 2
+    first = next(row for row in rows[begun[1] :] if isinstance(row, bytes))
+    assert np.frombuffer(first, "<f4")[0] == pytest.approx(standing[0].sensors.time, abs=1e-6)
+
+
 def test_a_stop_of_all_robots_reaches_each_and_names_the_one_that_is_silent() -> None:
     endpoint, reached = free_endpoint(), list[bytes]()
     down = GuardStatus(seq=1, state="crouch", reason="stop", armed=False, text="It goes down.")
@@ -391,6 +432,20 @@ def test_a_stop_of_all_robots_says_that_it_reached_none(
 ) -> None:
     answer, done = link[0].carry_out('{"do":"stop-all"}')  # nothing listens there
     assert not done and "tcp/127.0.0.1:1" in answer
+
+
+def test_the_page_keeps_no_walk_alive_that_a_stop_of_all_robots_did_not_reach(
+    link: tuple[LinkFollower, FakeCommands], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follower, others = link
+    others.state = "walk"
+    driving = follower.follower("blue")._driving = follower.follower("blue")._orders._driving  # type: ignore[union-attr]
+    assert follower.carry_out('{"do":"steer","robot":"blue","velocity":[0.1,0,0]}')[1]
+    assert not follower.carry_out('{"do":"stop-all"}')[1]  # nothing listens there
+    monkeypatch.setattr("nao_hil.drive.session.KEEPALIVE_INTERVAL", 0.0)
+    sent = len(others.sent)
+    driving.keep_alive()
+    assert len(others.sent) == sent
 
 
 WAYS = {
@@ -428,6 +483,20 @@ def test_each_way_of_driving_is_kept_alive_and_stopped_once_no_page_is_open(
     sent = len(commands.sent)
     driving.keep_alive()
     assert len(commands.sent) == sent
+
+
+@pytest.mark.parametrize("way", ["begins with it", "another gait before"])
+def test_a_stick_steers_and_stops_a_walk_of_a_learned_gait(
+    order: Callable[..., tuple[str, bool]], commands: FakeCommands, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    if way == "another gait before":
+        assert order("key", key="x")[1]
+    monkeypatch.setattr("tests.nao_hil.test_view.STATUS", msgspec.structs.replace(STATUS, gait=LEARNED[0]))
+    assert order("walk", command={"op": "walk", "gait": LEARNED[0]})[1]
+    assert order("steer", velocity=[0.05, 0.02, 0.1])[1]
+    assert commands.sent[-1].velocity == pytest.approx((0.05, 0.02, 0.1))
+    assert order("steer", velocity=[0, 0, 0])[1]
+    assert commands.sent[-1] == WalkCommand(op="stop")
 
 
 def test_a_stop_that_was_not_answered_is_sent_again(
@@ -490,6 +559,28 @@ def test_a_page_is_absent_once_its_browser_does_not_answer() -> None:
     browser.end(1.0)
 
 
+def test_a_browser_that_is_behind_gets_the_run_again_and_every_answer() -> None:
+    sent, end = list[Any](), threading.Event()
+
+    def send(message: Any) -> None:
+        end.wait(TIMEOUT)
+        sent.append(message)
+
+    browser = Browser(SimpleNamespace(send=send, ping=threading.Event), lambda: b"the run")
+    server: Any = SimpleNamespace(_order=lambda text: (text, True))
+    browser.start()
+    for i in range(MAX_BACKLOG + 2):
+        if i in (0, MAX_BACKLOG):
+            PageServer._answer(server, browser, f"answer {i}", urgent=False)
+        browser.put(b"a row")
+    PageServer._answer(server, browser, "the last answer", urgent=False)
+    end.set()
+    browser.end(TIMEOUT)
+    words = [json.loads(message)["answer"] for message in sent if isinstance(message, str) and message != "{}"]
+    assert words == ["answer 0", f"answer {MAX_BACKLOG}", "the last answer"]
+    assert b"the run" in sent and sent.count(b"a row") < 10
+
+
 def test_a_restart_that_cannot_begin_is_refused_and_the_run_goes_on(
     order: Callable[..., tuple[str, bool]], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -505,7 +596,9 @@ def test_slow_motion_steps_the_world_and_a_page_that_ends_leaves_it_going(comman
     assert commands.sent == []  # it was not slowed down
     slow.set_speed(0.5)
     until(lambda: len(commands.sent) > 3, "some steps")
+    assert slow.speed == 0.5
     slow.end()
+    assert slow.speed == 1.0
     first, *steps, last = commands.sent
     assert (first, set(map(type, steps)), last) == (Pause(), {Step}, Resume())
     assert "slow" not in [thread.name for thread in threading.enumerate()]

@@ -54,16 +54,18 @@ class Served:
     folder: Path
     orders: list[dict[str, Any]] = field(default_factory=list)
     armed: bool | None = True
+    side: str = "emulator"
+    cycles: int = 300
 
     def open(self) -> PageServer:
         """Serve it."""
         body, builder = load_body("nao-v6"), CycleBuilder()
         server, stop = PageServer("127.0.0.1", self.port, Access()), threading.Event()
         follower = LinkFollower(server, "nao", "tcp/127.0.0.1:1", stop).follower("nao")
-        info = SimpleNamespace(body=body.name, sheet="", side="emulator", mode="real-time")
+        info = SimpleNamespace(body=body.name, sheet="", side=self.side, mode="real-time")
         run = follower._run = LiveRun(info, "robot nao", None)  # type: ignore[arg-type]
         with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
-            for _ in range(300):
+            for _ in range(self.cycles):
                 robot.advance(None)
                 for message in (robot.frame, robot.truth()):
                     if (cycle := builder.add(message)) is not None:
@@ -260,5 +262,142 @@ def test_arm_is_offered_only_by_the_robots_own_word(
         open_page(page, served.port)
         for name in ("Walk", "Arm"):
             assert page.get_by_role("button", name=name, exact=True).is_visible() == (name == shown)
+    finally:
+        server.close()
+
+
+def test_the_page_of_a_real_robot_has_no_world_and_shows_its_state(served: Served, page: Page) -> None:
+    served.side = "naoqi"
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        state = page.evaluate("player.runs[0].header.live.state")
+        server.publish({"state": state | {"words": "stands", "holder": "walker"}})
+        until(lambda: "stands" in page.inner_text("#state"), "the state")
+        tab(page, "Walk")
+        until(lambda: "controller: walker" in page.inner_text(".tab[data-name=Walk]"), "the controller")
+        assert page.get_by_role("tab", name="World").count() == 0
+    finally:
+        server.close()
+
+
+def test_a_stick_released_without_a_connection_stops_the_robot_once_there_is_one(
+    served: Served, page: Page
+) -> None:
+    server = served.open()
+    try:
+        page.add_init_script(f"({GAMEPAD})()")
+        open_page(page, served.port)
+        tab(page, "Walk")
+        page.get_by_label("drive by keys and gamepad").check()
+        page.evaluate("pad.axes = [0, -1, 0, 0]")
+        until(lambda: served.orders and served.orders[-1]["velocity"] == [0.4, 0, 0], "the walk")
+        page.evaluate("() => { player.live.connect = () => {}; player.live.socket.close(); }")
+        until(lambda: "the robot may still move" in page.inner_text("#state"), "the lost connection")
+        page.evaluate("pad.axes = [0, 0, 0, 0]")
+        page.wait_for_timeout(1000)
+        page.evaluate("() => { delete player.live.connect; player.live.connect(); }")
+        until(lambda: served.orders[-1]["velocity"] == [0, 0, 0], "the stop")
+    finally:
+        server.close()
+
+
+def test_a_stick_stops_the_robot_that_it_moved_when_another_one_is_shown(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        page.add_init_script(f"({GAMEPAD})()")
+        open_page(page, served.port)
+        tab(page, "Walk")
+        page.get_by_label("drive by keys and gamepad").check()
+        page.evaluate("pad.axes = [0, -1, 0, 0]")
+        until(lambda: served.orders and served.orders[-1]["velocity"] == [0.4, 0, 0], "the walk")
+        page.evaluate("() => { player.runs[0].header.name = 'blue'; pad.axes = [0, 0, 0, 0]; }")
+        until(lambda: served.orders[-1]["velocity"] == [0, 0, 0], "the stop")
+        assert [each["robot"] for each in served.orders if each["velocity"] == [0, 0, 0]] == ["nao"]
+    finally:
+        server.close()
+
+
+def test_controls_show_what_is_in_force_whatever_was_asked_for(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        state = page.evaluate("player.runs[0].header.live.state")
+        page.evaluate(
+            "() => { player.runs[0].header.names = ['blue', 'nao']; player.live.show(player.runs[0]); }"
+        )
+        page.select_option("#robot", "blue")
+        until(lambda: served.orders and served.orders[-1]["robot"] == "blue", "the order")
+        until(lambda: page.input_value("#robot") == "nao", "the robot that is shown")
+        tab(page, "World")
+        slow = page.get_by_label("slow motion", exact=True)
+        slow.select_option("0.25")
+        until(lambda: served.orders[-1]["do"] == "slow", "the order")
+        until(lambda: slow.input_value() == "1", "the speed in force")
+        server.publish({"state": state | {"slow": 0.25}})
+        until(lambda: slow.input_value() == "0.25", "the slow motion")
+        tab(page, "Walk")
+        box = page.locator(".pad").first.bounding_box()
+        assert box is not None
+        page.mouse.move(box["x"] + 75, box["y"] + 20)
+        page.mouse.down()
+        page.locator(".pad").first.dispatch_event("pointercancel")
+        server.publish({"state": state | {"velocity": [0.12, 0.0, 0.0]}})
+        until(lambda: page.get_by_label("forward, m/s").input_value() == "0.12", "the velocity in force")
+        page.mouse.up()
+    finally:
+        server.close()
+
+
+def test_a_robot_without_a_cycle_has_its_state_and_one_with_other_joints_its_own_ones(
+    served: Served, page: Page
+) -> None:
+    served.cycles = 0
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        until(lambda: "waits for the robot" in page.inner_text("#state"), "the state")
+        page.evaluate(
+            "() => { const [run] = player.runs; run.header.joints = run.header.joints.slice(2, 5);"
+            "player.live.show(run); }"
+        )
+        tab(page, "World")
+        assert page.get_by_label("joint", exact=True).locator("option").count() == 3
+    finally:
+        server.close()
+
+
+def test_no_walk_begins_by_a_number_that_is_none(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        tab(page, "Walk")
+        for label, number in (("steps, 0: no end", "4 or 5"), ("forward, m/s", "")):
+            page.get_by_label(label, exact=True).fill(number)
+            page.get_by_role("button", name="Walk", exact=True).click()
+            until(lambda: "was not sent" in page.inner_text("#toast"), "the refusal")
+            page.evaluate("player.live.notify('')")
+            page.get_by_label(label, exact=True).fill("0")
+        page.get_by_role("button", name="Stop", exact=True).click()
+        until(lambda: served.orders and served.orders[-1]["do"] == "key", "the order after them")
+        assert "walk" not in [each["do"] for each in served.orders]
+    finally:
+        server.close()
+
+
+def test_a_mark_stays_at_its_time_while_the_run_goes_on(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        last = page.evaluate("player.last")
+        server.publish({"events": [{"time": last, "kind": "world", "text": "A push."}], "fall": None})
+        until(lambda: page.locator("#marks i").count() == 1, "the mark")
+        page.evaluate(
+            "() => { const [run] = player.runs, at = (i) => i * run.width;"
+            "const row = run.rows.slice(at(run.count - 1), at(run.count)); row[0] += 10; run.append(row); }"
+        )
+        until(
+            lambda: page.evaluate("parseFloat($('marks').firstChild.style.left)") < 50, "the mark in the past"
+        )
     finally:
         server.close()

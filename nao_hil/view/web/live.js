@@ -116,7 +116,7 @@ class Live {
     }
     if (message.urgent) clearTimeout(this.unanswered);
     if (message.answer) this.notify(message.answer, message.done);
-    if (message.done === false && header) this.player.chooser(header); // a choice may have been refused
+    if (message.done !== undefined && header) this.choices(); // one may have been refused, or is not in force yet
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
     if (message.prints) message.prints.forEach((print) => run.print(print));
@@ -158,6 +158,12 @@ class Live {
     this.order("walk", { command });
   }
 
+  // The next walk, unless one of its numbers is none.
+  begin() {
+    if ([...this.velocity.pad.values(), this.steps.value].every((value) => value !== null)) this.walk(this.settings("walk"));
+    else this.notify("A number of the walk is none, or out of its range (tab Walk); the order was not sent.", false);
+  }
+
   world(command) {
     this.order("world", { command });
   }
@@ -180,6 +186,13 @@ class Live {
     return true;
   }
 
+  // The robot that is shown, which gets the orders, and the slow motion in force.
+  choices() {
+    const { header } = this.player.runs[0];
+    this.player.chooser(header);
+    if (this.slow) this.slow.value = header.live.state.slow ?? 1;
+  }
+
   // What is in force: buttons, pad and fields.
   state(state) {
     const { live } = this.player.runs[0].header;
@@ -191,14 +204,15 @@ class Live {
     this.everywhere = everywhere;
     if (state.gait && ![...this.gait.options].some(({ value }) => value === state.gait)) this.gait.add(new Option(state.gait));
     this.velocity.show(state.velocity, everywhere);
-    this.paused.textContent = state.paused ? "Resume" : "Pause";
+    if (this.paused) this.paused.textContent = state.paused ? "Resume" : "Pause"; // a real robot has no world
     this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;
+    this.choices();
     this.player.chip();
     if (this.holds !== state.holds) this.sliders((this.holds = state.holds));
   }
 
   build(live) {
-    const key = JSON.stringify({ ...live, state: null });
+    const key = JSON.stringify({ ...live, state: null, joints: this.player.runs[0].header.joints });
     if (this.built === key) return;
     this.built = key;
     for (const tab of document.querySelectorAll(".tab.live")) tab.remove();
@@ -211,7 +225,7 @@ class Live {
     this.orders = {
       "Emergency stop": button("Emergency stop", () => this.emergency(), { className: "stop", title: "Esc: the robot crouches, lets go, and takes no command until it is armed again" }),
       [ALL]: button(ALL, () => this.emergency(true), { className: "stop", title: "all robots of this world crouch, let go, and take no command until each is armed again" }),
-      Walk: button("Walk", () => this.walk(this.settings("walk")), { className: "go" }),
+      Walk: button("Walk", () => this.begin(), { className: "go" }),
       Stop: button("Stop", () => this.order("key", { key: "x" })),
       Sit: button("Sit", () => this.walk({ op: "motion", motion: "sit-down" })),
       Arm: button("Arm", () => this.order("arm"), { className: "go", title: "take commands again", hidden: true }),
@@ -299,6 +313,7 @@ class Live {
     };
     for (const part of [square, strip]) part.setAttribute("aria-hidden", "true"); // the fields are for keys and screen readers
     for (const part of [square, strip]) for (const kind of ["pointerdown", "pointermove", "pointerup"]) part.addEventListener(kind, drag);
+    for (const part of [square, strip]) part.addEventListener("pointercancel", () => (pad.dragging = false));
     const box = el("div", { className: "pads" }, el("div", {}, square, ...(turn ? [el("div", { style: "height: 6px" }), strip] : [])), el("div", {}, ...fields.map((field) => field.box)));
     const pad = { box, values, place, fields };
     place();
@@ -308,8 +323,8 @@ class Live {
   settings(op) {
     const chosen = (select) => (select.selectedIndex ? select.value : undefined), command = { op };
     const [x, y, turn] = this.velocity.pad.values();
-    if (op === "walk" && (x || y || turn)) command.velocity = [x ?? 0, y ?? 0, turn ?? 0];
-    if (op === "walk") command.steps = this.steps.value ?? 0;
+    if (op === "walk" && (x || y || turn)) command.velocity = [x, y, turn];
+    if (op === "walk") command.steps = this.steps.value;
     command.gait = chosen(this.gait);
     command.torso = chosen(this.torso);
     command.admittance = { on: true, off: false }[chosen(this.admittance)];
@@ -361,6 +376,7 @@ class Live {
     const plate = (command) => () => whole(height) && this.world(command(0.001 * height.value));
     this.paused = button("Pause", () => this.world({ op: this.player.runs[0].header.live.state.paused ? "resume" : "pause" }));
     const [slowBox, slow] = this.select("slow motion", ["1", "0.5", "0.25", "0.1", "0.05"], "robot time per time of the clock");
+    this.slow = slow;
     slow.addEventListener("change", () => this.order("slow", { speed: Number(slow.value) }));
     const press = (name) => {
       const made = button(name.replace(/_/g, " "), () => {});
@@ -458,8 +474,12 @@ class Live {
   pads() {
     if (this.polling || !this.driving.checked) return;
     const down = new Set(), buttons = ["x", "g", "t", "m"];
-    let steered = [0, 0, 0], sent = 0;
+    let steered = [0, 0, 0], sent = 0, driven = "";
     const steer = (velocity) => {
+      const { name } = this.player.runs[0].header;
+      if (this.socket.readyState !== WebSocket.OPEN) return; // it is sent once there is a connection
+      if (name !== driven && steered.some(Boolean)) this.order("steer", { velocity: (steered = [0, 0, 0]), robot: driven });
+      driven = name;
       const moves = velocity.some(Boolean), change = Math.max(...velocity.map((x, i) => Math.abs(x - steered[i])));
       if (!change || (moves && (change < 0.02 || performance.now() - sent < DRAG_INTERVAL))) return;
       [steered, sent] = [velocity, performance.now()];
@@ -467,8 +487,9 @@ class Live {
     };
     this.polling = setInterval(() => {
       const on = this.driving.checked, pad = on && !document.hidden && [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected);
-      if (!on) this.polling = clearInterval(this.polling);
-      if (!pad) return steer([0, 0, 0]);
+      if (!pad) steer([0, 0, 0]);
+      if (!on && !steered.some(Boolean)) this.polling = clearInterval(this.polling);
+      if (!pad) return;
       const axes = [1, 0, 2].map((i) => -(pad.axes[i] ?? 0)).map((x) => (Math.abs(x) < DEAD_ZONE ? 0 : Math.max(-1, Math.min(1, x))));
       const velocity = axes.map((x, i) => Number((x * PADS.velocity[i].most).toFixed(3)) || 0);
       steer(this.everywhere === false ? [velocity[0], 0, 0] : velocity);

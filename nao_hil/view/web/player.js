@@ -155,14 +155,15 @@ class Player {
     if (this.tab === "Joints") jointValues(this, actors[0]);
     Object.assign($("slider"), { min: this.first, max: this.last });
     $("slider").value = this.time;
+    this.marks();
     $("now").textContent = `${this.time.toFixed(2)} s`;
     this.chip();
   }
 
   // State of the robot, or of the walk at the moment shown, and the verdict on a fall.
   chip() {
-    if (!this.runs[0]?.count) return;
-    const [{ moment }] = this.actors(), { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
+    if (!this.runs.length) return;
+    const moment = this.actors()[0]?.moment ?? { step: NaN, game: "" }, { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
     const past = Boolean(live) && !this.following;
     document.body.classList.toggle("past", past);
     if (this.live?.lost) return this.live.chip();
@@ -194,18 +195,24 @@ class Player {
   events() {
     const rows = this.runs.flatMap((run, number) => run.header.events.map((event) => ({ ...event, number, first: isFirst(event, run.header.fall) })));
     rows.sort((a, b) => a.time - b.time);
-    const duration = Math.max(this.last - this.first, 1e-3);
     $("marks").replaceChildren(...rows.map((event) => {
       const mark = document.createElement("i");
-      mark.style.left = `${(100 * (event.time - this.first)) / duration}%`;
+      mark.dataset.time = event.time;
       mark.style.background = this.colours.event(event, event.first);
       return mark;
     }));
+    this.marks();
     $("events").replaceChildren(...rows.map((event) => {
       const run = this.runs.length > 1 ? `${this.runs[event.number].header.title}: ` : "";
       return this.eventRow(event, `${run}${event.text}${event.first ? ": what went wrong first" : ""}`);
     }));
     if (!rows.length) $("events").textContent = "Nothing out of the ordinary.";
+  }
+
+  // The marks on the timeline, which grows.
+  marks() {
+    const duration = Math.max(this.last - this.first, 1e-3);
+    for (const mark of $("marks").children) mark.style.left = `${(100 * (mark.dataset.time - this.first)) / duration}%`;
   }
 
   eventRow(event, text) {
@@ -236,6 +243,7 @@ function orbit(player) {
     down.delete(event.pointerId);
     if (!player.drag) return;
     if (event.type === "pointerup" && player.push) player.live.push(player.push);
+    else player.push = null;
     player.drag = null;
   };
   for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, up);
