@@ -226,10 +226,12 @@ class Follower:
             self._last_frame_at = time.monotonic()
         for message in self._subscriber.take():
             self._process(message)
+            if isinstance(message, GuardStatus):  # the next one may follow before the next look
+                self._publish_state(0.0)
         if self._ground_is_late and self._run is not None:
             self._ground_is_late = False
             self._server.feed(self._packed, self._link.carry_out, self._file)
-        self._publish_state()
+        self._publish_state(time.monotonic() - self._last_frame_at)
 
     def hide(self) -> None:
         """Another robot is shown: listen no more."""
@@ -284,9 +286,9 @@ class Follower:
             for part in self._run.take(cycle):
                 self._server.publish(part)
 
-    def _publish_state(self) -> None:
-        """Send the state where it has changed."""
-        state = self._describe(time.monotonic() - self._last_frame_at)
+    def _publish_state(self, silent: float) -> None:
+        """Send the state where it has changed; `silent` as in `_describe`."""
+        state = self._describe(silent)
         if state != self._state:
             self._state = state
             self._server.publish({"state": state})

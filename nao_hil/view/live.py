@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from operator import itemgetter
 from typing import Any, Final, TypeVar
 
 from bridge.errors import FrameError, LinkError, NaoHilError
@@ -24,9 +26,9 @@ from nao_hil.runs.monitor import Subscription
 FRAMES: Final = (SensorFrame, ActuatorFrame, TruthFrame, WalkTelemetry)
 """Kinds that come in each cycle."""
 MAX_MESSAGES: Final = 2000
-"""Messages that wait for the page; older ones are lost to it."""
+"""Messages of other kinds that wait for the page; older ones are lost to it."""
 MAX_FRAMES: Final = 400
-"""Messages, of a second, that a page processes; one that is further behind skips the frames before."""
+"""Messages of these kinds, of a second, that wait; a page that is further behind skips the older ones alone."""
 ANSWER_TIMEOUT: Final = 5.0
 """s to wait for a robot's answer."""
 MAX_ROBOTS: Final = 32
@@ -42,7 +44,9 @@ class Subscriber:
     """
 
     def __init__(self, robot: str, connect: str) -> None:
-        self._mailbox: Mailbox[tuple[type[Any], bytes]] = Mailbox(MAX_MESSAGES)
+        self._frames: Mailbox[tuple[int, type[Any], bytes]] = Mailbox(MAX_FRAMES)
+        self._others: Mailbox[tuple[int, type[Any], bytes]] = Mailbox(MAX_MESSAGES)
+        self._numbers = itertools.count()
         self._subscription = Subscription(keys.check_name("Robot id", robot), connect, TOPICS, self._enqueue)
 
     def take(self) -> Iterator[Message]:
@@ -53,15 +57,13 @@ class Subscriber:
         """
         if not self._subscription.connect():
             return
-        waiting = self._mailbox.drain()
-        for i, (kind, payload) in enumerate(waiting):
+        for _, kind, payload in sorted([*self._others.drain(), *self._frames.drain()], key=itemgetter(0)):
             # Not decoded all at once: a frame takes several times the memory of its message.
-            if kind not in FRAMES or len(waiting) - i <= MAX_FRAMES:
-                with contextlib.suppress(FrameError):  # a stranger on the key
-                    yield decode(payload, kind)
+            with contextlib.suppress(FrameError):  # a stranger on the key
+                yield decode(payload, kind)
 
     def _enqueue(self, kind: type[Any], payload: bytes) -> None:
-        self._mailbox.put((kind, payload))
+        (self._frames if kind in FRAMES else self._others).put((next(self._numbers), kind, payload))
 
     def close(self) -> None:
         """Leave the network."""

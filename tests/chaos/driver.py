@@ -362,13 +362,14 @@ class Chaos:
         """Events until the time is over, then the end of all.
 
         Args:
-            seconds: of the clock.
+            seconds: of the clock, from when all robots are there.
         """
         began = time.monotonic()
         for member in self._members:
             member.excused = began + READY
         while time.monotonic() - began < READY and not all(m.sensors for m in self._monitors):
             self._watch(LOOK)
+        began = time.monotonic()
         acts = (
             *(self.kill, self.kill, self.suspend, self.suspend_all, self.starve, self.cut, self.delay),
             *(self.reset, self.stop, self.stop, self.walk, self.fill_disk),

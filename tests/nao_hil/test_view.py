@@ -28,7 +28,7 @@ from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.robots import LinkRobot
 from bridge.link.session import open_robot
-from bridge.messages import ActuatorFrame, Notice, WalkTelemetry, decode, encode
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, WalkTelemetry, decode, encode
 from bridge.messages.frames import ORDER
 from bridge.messages.guard import GuardStatus, StopRequest
 from bridge.messages.walk import WalkCommand, WalkStatus
@@ -43,7 +43,7 @@ from nao_hil.drive.driver import HOLD
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.view.access import Access
 from nao_hil.view.follow import LEARNED, LinkFollower, LiveRun
-from nao_hil.view.live import stop_all
+from nao_hil.view.live import MAX_FRAMES, Subscriber, stop_all
 from nao_hil.view.orders import (
     ABSENCE_TIMEOUT,
     JOINT_RATE,
@@ -59,7 +59,7 @@ from nao_hil.view.server import MAX_BACKLOG, PING_INTERVAL, Browser, PageServer
 from nao_hil.view.signals import SIGNALS
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
-from tests.frames import truth_frame, walk_status, walk_telemetry
+from tests.frames import standing_frame, truth_frame, walk_status, walk_telemetry
 from tests.loops import TIMEOUT, until
 from tests.made_worlds import record_world
 from tests.nao_hil.test_export_run import unpacked
@@ -411,6 +411,38 @@ def test_a_robot_that_begins_again_begins_once_and_without_the_last_cycle_before
     assert len(begun) == 2
     first = next(row for row in rows[begun[1] :] if isinstance(row, bytes))
     assert np.frombuffer(first, "<f4")[0] == pytest.approx(standing[0].sensors.time, abs=1e-6)
+
+
+def test_a_state_of_the_guard_is_shown_though_the_next_one_follows_before_the_page_looks(
+    link: tuple[LinkFollower, FakeCommands],
+) -> None:
+    follower, published = link[0].follower("red"), list[dict[str, Any]]()
+    frames = [standing_frame(seq, angle=(0.0, 0.0)) for seq in range(2)]
+    hold, crouch = (
+        GuardStatus(seq=1, state=state, reason="silence", armed=True, text="") for state in ("hold", "crouch")
+    )
+    info = SimpleNamespace(body=BODY.name, sheet="", side="emulator", mode="real-time")
+    follower._run = LiveRun(info, "robot", None)  # type: ignore[arg-type]
+    follower._run.newest = Cycle(frames[0])
+    follower._server = SimpleNamespace(publish=published.append)  # type: ignore[assignment]
+    follower._subscriber = SimpleNamespace(take=lambda: iter((hold, *frames[1:], crouch)))  # type: ignore[assignment]
+    follower.poll()
+    words = [message["state"]["words"] for message in published if "state" in message]
+    assert words == ["holds its pose: its controller is silent", "crouching"]
+
+
+def test_a_page_that_is_behind_skips_frames_and_no_notice() -> None:
+    subscriber = Subscriber("nao", "tcp/127.0.0.1:1")
+    subscriber._subscription.connect = lambda: True  # type: ignore[method-assign]
+    notice = Notice(seq=0, level="info", code="guard-armed", text="The robot was armed.")
+    subscriber._enqueue(SensorFrame, encode(standing_frame(0)))
+    subscriber._enqueue(Notice, encode(notice))
+    for seq in range(1, 3000):
+        subscriber._enqueue(SensorFrame, encode(standing_frame(seq)))
+    assert [message.seq for message in subscriber.take()] == [0, *range(3000 - MAX_FRAMES, 3000)]
+    subscriber._enqueue(SensorFrame, encode(standing_frame(0)))
+    subscriber._enqueue(Notice, encode(notice))
+    assert [type(message) for message in subscriber.take()] == [SensorFrame, Notice]  # in their order
 
 
 def test_a_stop_of_all_robots_reaches_each_and_names_the_one_that_is_silent() -> None:

@@ -17,6 +17,14 @@ TIMEOUT = 120_000
 """ms: a browser that draws in software beside a robot on two cores takes its time."""
 OWN = ("http://127.0.0.1:", "ws://127.0.0.1:", "data:")
 """Beginnings of addresses that the page may ask for."""
+WATCH = """
+() => {
+  const state = document.getElementById("state");
+  window.states = [];
+  const note = () => window.states.push([0.001 * Date.now(), player.last, state.textContent]);
+  new MutationObserver(note).observe(state, { childList: true, characterData: true, subtree: true });
+}
+"""
 
 
 @contextmanager
@@ -65,6 +73,16 @@ def open_page(page: Page, port: int) -> None:
 def state(page: Page, words: str) -> None:
     """Wait until the robot's state is this."""
     until(lambda: words in page.inner_text("#state"), f"the state `{words}`")
+
+
+def watch_states(page: Page) -> None:
+    """Keep each state that the page shows from now on: one may be over before anybody looks."""
+    page.evaluate(WATCH)
+
+
+def shown_states(page: Page) -> list[tuple[float, float, str]]:
+    """Those since `watch_states`: time, s since 1970; robot time up to which the page had the run, s; words."""
+    return [(at, time, text) for at, time, text in page.evaluate("window.states")]
 
 
 def insist(act: Callable[[], object], condition: Callable[[], Any], what: str) -> None:

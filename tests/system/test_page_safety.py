@@ -28,7 +28,7 @@ from nao_hil.view.state import describe
 from tests.loops import until
 from tests.ports import free_port
 from tests.proxy import proxy
-from tests.system.pages import browser_page, open_page
+from tests.system.pages import browser_page, insist, open_page, shown_states, watch_states
 
 pytestmark = pytest.mark.browser
 
@@ -119,6 +119,7 @@ def test_a_lost_page_knows_nothing_of_the_robot_and_its_emergency_stop_says_that
     again = served.open()
     until(lambda: "the robot may still move" not in page.inner_text("#state"), "the connection")
     until(lambda: page.get_by_role("button", name="Walk", exact=True).is_enabled(), "the orders")
+    until(lambda: again.absence < 1.0, "the server to know the page")
     again.close("The end of it.", run=True)
     until(lambda: "the run has ended" in page.inner_text("#state"), "the run's own word")
     assert page.inner_text("#toast") == "The end of it."
@@ -142,12 +143,23 @@ def test_a_connection_that_is_only_silent_counts_as_lost_and_an_unanswered_stop_
     server = served.open()
     try:
         open_page(page, served.port)
-        page.wait_for_timeout(4000)
-        assert "no connection" not in page.inner_text("#state")  # a robot that sends nothing is none
-        page.evaluate("() => { player.live.socket.onmessage = () => {}; }")  # as with its cable out
-        page.keyboard.press("Escape")
-        until(lambda: "may not have gone out" in page.inner_text("#toast"), "the report", pause=0.05)
-        until(lambda: "the robot may still move" in page.inner_text("#state"), "the loss", pause=0.02)
+        watch_states(page)
+
+        def stays_connected() -> bool:
+            """For longer than a silence that counts as a loss; a robot that sends nothing is none."""
+            page.evaluate("window.states.length = 0")
+            page.wait_for_timeout(6000)
+            words = [page.inner_text("#state"), *(text for *_, text in shown_states(page))]
+            return not any("no connection" in each for each in words)
+
+        until(stays_connected, "six seconds without a loss")
+
+        def stop_in_silence() -> None:
+            page.evaluate("() => { player.live.socket.onmessage = () => {}; }")  # as with its cable out
+            page.keyboard.press("Escape")
+
+        insist(stop_in_silence, lambda: "may not have gone out" in page.inner_text("#toast"), "the report")
+        until(lambda: any("the robot may still move" in text for *_, text in shown_states(page)), "the loss")
         until(lambda: "the robot may still move" not in page.inner_text("#state"), "the next connection")
     finally:
         server.close()

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgpack
 import pytest
@@ -27,7 +27,7 @@ from bridge.body import load_body
 from bridge.link import keys
 from bridge.link.client import WalkClient, WorldClient
 from bridge.link.session import open_client, subscribe
-from bridge.messages import decode
+from bridge.messages import SensorFrame, decode
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push, Reset
@@ -36,21 +36,22 @@ from nao_hil.connection import connect
 from tests.loops import repeat_while, until
 from tests.ports import free_endpoint, free_port
 from tests.system.conftest import Command
-from tests.system.pages import browser_page, open_page, press, state, velocity
+from tests.system.pages import (
+    browser_page,
+    insist,
+    open_page,
+    press,
+    shown_states,
+    state,
+    velocity,
+    watch_states,
+)
 
 Start = Callable[..., Any]
 
 LATEST = 1.0
-"""s from the robot's report to the page."""
+"""s of the robot's time from its report to the page, which a busy machine shows later."""
 BODY = "nao-v6"
-WATCH = """
-() => {
-  const state = document.getElementById("state");
-  window.states = [];
-  new MutationObserver(() => window.states.push([0.001 * Date.now(), state.textContent])).observe(
-    state, { childList: true, characterData: true, subtree: true });
-}
-"""
 LAMP = """
 (i) => {
   const { scene } = player, [actor] = player.actors(), { link, at: [x, y, z] } = actor.run.header.lamps[i];
@@ -64,6 +65,16 @@ LAMP = """
 pytestmark = pytest.mark.browser
 
 
+class Report(NamedTuple):
+    """A report of the guard."""
+
+    at: float
+    """Arrival, s since 1970."""
+    time: float
+    """Of the robot's newest frame then, s."""
+    status: GuardStatus
+
+
 @dataclass
 class Live:
     """A robot that serves, its page, and the reports of its guard as they come."""
@@ -72,25 +83,55 @@ class Live:
     endpoint: str
     page: Page
     errors: list[str]
-    reports: list[tuple[float, GuardStatus]] = field(default_factory=list)
+    reports: list[Report] = field(default_factory=list)
+    time: float = 0.0
+    """Of the robot's newest frame, s."""
 
-    def reported(self, name: str, since: float) -> float | None:
-        """Time of the first report of a state of the guard."""
-        return next((at for at, status in self.reports if at >= since and status.state == name), None)
+    def hear(self, data: bytes) -> None:
+        """The robot's next frame."""
+        self.time = decode(data, SensorFrame).time
+
+    def hear_report(self, data: bytes) -> None:
+        """The next report of its guard."""
+        self.reports.append(Report(time.time(), self.time, decode(data, GuardStatus)))
+
+    def reported(self, name: str, since: float) -> Report | None:
+        """The first report of a state of the guard."""
+        return next((each for each in self.reports if each.at >= since and each.status.state == name), None)
+
+    @property
+    def holder(self) -> str | None:
+        """Who has the robot by its newest report; None: it has not reported a change yet."""
+        return self.reports[-1].status.holder if self.reports else None
 
     def shown(self, words: str, since: float) -> float | None:
-        """Time at which the page first showed these words."""
-        states = self.page.evaluate("window.states")
-        return next((at for at, text in states if at >= since and words in text), None)
+        """Robot time up to which the page had the run as it first showed these words."""
+        states = shown_states(self.page)
+        return next((time for at, time, text in states if at >= since and words in text), None)
 
     def shows(self, words: str, name: str, since: float) -> None:
         """The page shows the words of a state of the guard soon after its report."""
         reported = until(lambda: self.reported(name, since), f"the report `{name}`")
-        shown = until(lambda: self.shown(words, since), f"the state `{words}`", pause=0.1)
-        assert shown < reported + LATEST, f"`{words}` {shown - reported:.2f} s after the report"
+        until(lambda: self.shown(words, since) is not None, f"the state `{words}`", pause=0.1)
+        self.check_shown(words, since, reported)
+
+    def check_shown(self, words: str, since: float, reported: Report) -> None:
+        """The page has shown these words soon after a report."""
+        shown = self.shown(words, since)
+        assert shown is not None
+        late = shown - reported.time
+        assert late < LATEST, f"`{words}` {late:.2f} s after the report"
 
     def stands(self) -> None:
         state(self.page, "stands")
+
+    def reset(self) -> None:
+        """Reset the world; it stands again, and the page shows that."""
+        before = self.page.evaluate("player.last")
+        with WorldClient(connect=self.endpoint) as world:
+            world.send(Reset())
+        until(lambda: self.page.evaluate("player.last") < before, "the time to begin again", pause=0.02)
+        self.stands()
 
 
 @pytest.fixture(scope="module")
@@ -102,16 +143,15 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     try:
         with browser_page(errors) as page:
             open_page(page, port)
-            page.evaluate(WATCH)
+            watch_states(page)
             shown = Live(command, endpoint, page, errors)
             with open_client(endpoint) as session:
-                subscriber = subscribe(
-                    session,
-                    keys.key(keys.DEFAULT_ROBOT, keys.GUARD),
-                    lambda data: shown.reports.append((time.time(), decode(data, GuardStatus))),
-                )
+                subscribers = [
+                    subscribe(session, keys.topic_key(keys.DEFAULT_ROBOT, SensorFrame), shown.hear),
+                    subscribe(session, keys.key(keys.DEFAULT_ROBOT, keys.GUARD), shown.hear_report),
+                ]
                 yield shown
-                del subscriber
+                del subscribers
             assert errors == []
     finally:
         command.end()
@@ -144,16 +184,15 @@ def test_text_that_is_no_number_is_refused_beside_the_field_and_not_sent(live: L
     assert refusal == ("-10 to 10" if text == "9999" else "not a number")
     page.keyboard.press("Tab")
     page.wait_for_timeout(300)
-    assert "stands" in page.inner_text("#state")
+    live.stands()
     sideways.fill("0.00")
     assert sideways.locator("xpath=following-sibling::span").inner_text() == ""
 
 
 def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live, tmp_path: Path) -> None:
     page, path, lamp = live.page, str(tmp_path / "lola"), list(lamps(load_body(BODY))).index("ChestBoard/Led/")
-    with WorldClient(connect=live.endpoint) as world:
-        world.send(Reset())  # it faces the viewer again, wherever it has walked
     live.stands()
+    live.reset()  # it faces the viewer again, wherever it has walked
 
     def colour() -> tuple[int, ...]:
         """Of the picture where the lamp is."""
@@ -172,6 +211,8 @@ def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live,
                 pass
 
     page.evaluate("Object.keys(player.overlays).forEach((name) => (player.overlays[name] = false))")
+    drawn = page.evaluate("player.pictures")
+    until(lambda: page.evaluate("player.pictures") > drawn + 1, "pictures of it as it stands now")
     dark = colour()
     start("serve", "lola", "--socket", path, "--connect", live.endpoint)
     until(lambda: os.path.exists(path), "LoLA's socket")
@@ -194,13 +235,15 @@ def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live,
 def test_an_emergency_stop_is_shown_as_it_is_carried_out_and_the_robot_stands_up_again(live: Live) -> None:
     live.stands()
     began = time.time()
-    live.page.get_by_role("button", name="Emergency stop").click()
+    stop = live.page.get_by_role("button", name="Emergency stop")
+    insist(stop.click, lambda: live.reported("crouch", began), "the stop")
     live.shows("crouching, emergency stop", "crouch", began)
     live.shows("limp, emergency stop", "rest", began)
     live.page.get_by_role("button", name="Arm", exact=True).click()
     live.stands()
     events = live.page.locator("#events").text_content() or ""
-    assert "Emergency stop (crouch) by page" in events and "The robot was armed by page" in events
+    assert "Emergency stop (crouch) by page" in events
+    assert "The robot was armed by page" in events
 
 
 @pytest.mark.realtime
@@ -209,16 +252,16 @@ def test_a_robot_of_another_controller_is_shown_as_held_by_it(live: Live) -> Non
     began = time.time()
     with WalkClient(connect=live.endpoint) as walker:
         walker.send(WalkCommand(op="release"))
-        until(lambda: not live.reports[-1][1].holder, "that the walker lets go")
+        until(lambda: live.holder == "", "that the walker lets go")
         with connect(live.endpoint, name="other") as robot:
             pose = robot.frame.position
             for _ in repeat_while(lambda: live.shown("held by other", began) is None, limit=1000):
                 robot.step(pose)
         walker.send(WalkCommand(op="take"))
-    reports = ((at, status) for at, status in live.reports if at >= began and status.holder == "other")
-    held = next(at for at, status in reports if status.state in ("idle", "active"))  # else it says what it does
-    shown = live.shown("held by other", began)
-    assert shown is not None and shown < held + LATEST, f"{shown - held:.2f} s after the report"
+    reports = (each for each in live.reports if each.at >= began and each.status.holder == "other")
+    # in other states it says what it does
+    held = next(each for each in reports if each.status.state in ("idle", "active"))
+    live.check_shown("held by other", began, held)
     live.stands()
 
 
@@ -228,9 +271,9 @@ def test_a_fall_is_shown_and_its_headline_goes_once_the_robot_stands(live: Live)
     page, began = live.page, time.time()
     with WorldClient(connect=live.endpoint) as world:
         world.send(Push(impulse=(-6.0, 0.0, 0.0)))
-    until(lambda: live.shown("lies on its back", began), "the fall", pause=0.1)
+    until(lambda: live.shown("lies on its back", began) is not None, "the fall", pause=0.1)
     until(lambda: "It fell at" in page.inner_text("#fell"), "its headline", pause=0.1)
-    until(lambda: live.shown("gets up, lies on its", began), "that it gets up", pause=0.1)
+    until(lambda: live.shown("gets up, lies on its", began) is not None, "that it gets up", pause=0.1)
     live.stands()
     until(lambda: page.locator("#fell").is_hidden(), "the headline to go")
 
@@ -238,22 +281,17 @@ def test_a_fall_is_shown_and_its_headline_goes_once_the_robot_stands(live: Live)
 @pytest.mark.realtime
 def test_a_reset_is_shown_and_its_recording_is_offered(live: Live) -> None:
     live.stands()
-    page, before = live.page, live.page.evaluate("player.last")
+    page = live.page
     page.get_by_role("tab", name="Run").click()
     names = page.locator(".tab:not([hidden]) .field", has_text="MB")
 
-    def recordings() -> list[str]:
+    def offered() -> list[str]:
         return [text.split(",")[0] for text in names.all_inner_texts()]
 
-    page.get_by_role("button", name="Look for recordings").click()
-    until(recordings, "the recordings")
-    earlier = recordings()
-    with WorldClient(connect=live.endpoint) as world:
-        world.send(Reset())
-    until(lambda: page.evaluate("player.last") < before, "the time to begin again", pause=0.02)
-    live.stands()
-    page.get_by_role("button", name="Look for recordings").click()
-    until(lambda: recordings() == [*earlier, f"run/frames-{1 + len(earlier)}"], "the next recording")
+    earlier = list(page.evaluate("fetch('recordings').then((answer) => answer.json())"))
+    live.reset()
+    look = page.get_by_role("button", name="Look for recordings")
+    insist(look.click, lambda: offered() == [*earlier, f"run/frames-{1 + len(earlier)}"], "the next recording")
 
 
 @pytest.mark.realtime
@@ -264,7 +302,7 @@ def test_a_killed_walker_is_reported_and_another_one_takes_the_robot(live: Live)
     os.kill(walker, signal.SIGKILL)
     live.shows("holds its pose: its controller is silent", "hold", began)
     page.get_by_text("The walker ended: it was killed by SIGKILL. A new one starts").wait_for()
-    until(lambda: live.reports[-1][1].holder == "walker", "that the new walker has the robot")
+    until(lambda: live.holder == "walker", "that the new walker has the robot")
     live.stands()
     press(page, "Walk", "Walk")
     state(page, "walks")

@@ -17,6 +17,7 @@ from nao_hil.view.page import world_page, world_recordings
 from tests.loops import until
 from tests.made_worlds import PLACES, record_world
 from tests.system.pages import browser_page, insist, open_page
+from tests.system.test_worlds import until_there
 
 Start = Callable[..., Any]
 
@@ -49,6 +50,7 @@ def test_all_robots_are_drawn_and_orders_go_to_the_chosen_one(
         *("emulate", "--world", str(file), "--scenario", "field-small", "--engine", "mujoco"),
         *("--listen", endpoint, "--out", str(tmp_path / "run")),
     )
+    until_there(endpoint, 2)  # a page that finds one alone shows it
     start("view", "--connect", endpoint, "--port", str(port))
     with ExitStack() as opened, browser_page(errors) as page:
         open_page(page, port)

@@ -125,6 +125,7 @@ def test_leds_are_in_the_truth_and_move_nothing() -> None:
     chest = tuple(255 if name == "ChestBoard/Led/Red" else 0 for name in led_names())
     with running("real-time") as (_, ear, endpoint), ControllerLink("nao", endpoint) as controller:
         assert controller.wait_robot(lambda: False) is not None
+        until(lambda: ear.leds, "a frame")
         assert ear.leds[-1] == ()
         controller.publish(LedFrame(leds=chest))
         until(lambda: ear.leds[-1] == chest, "the red light")

@@ -21,7 +21,7 @@ from bridge.guard import Guard
 from bridge.link import RobotLink, keys
 from bridge.link.client import GuardClient, WorldClient, link_robots
 from bridge.link.session import open_client
-from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.messages import ActuatorFrame, SensorFrame, decode
 from bridge.messages.world import Pause, Reset, Resume, Step
 from emulator.engine.settings import SETTINGS
 from emulator.process import RobotSide, WorldProcess
@@ -221,8 +221,14 @@ def test_commands_never_cross_while_clients_are_killed_and_doubled_and_frames_co
             for name, guard in zip(JOINTS, guards, strict=True):
                 until(lambda: commanded(name, guard), f"commands to {name}")  # noqa: B023
 
-        seals, heard = set[bytes](), list[bytes]()
+        def see(sample: zenoh.Sample) -> None:
+            name = str(sample.key_expr).split("/")[1]
+            angle = decode(sample.payload.to_bytes(), SensorFrame).position[INDEX[JOINTS[name]]]
+            highest[name] = max(highest[name], angle)
+
+        seals, heard, highest = set[bytes](), list[bytes](), dict.fromkeys(JOINTS, 0.0)
         opened.enter_context(session.declare_subscriber(keys.topic_key("*", ActuatorFrame), copy))
+        opened.enter_context(session.declare_subscriber(keys.topic_key("*", SensorFrame), see))
         clients = {name: client(name) for name in JOINTS}
         for _ in range(4):
             until_commanded()
@@ -236,6 +242,7 @@ def test_commands_never_cross_while_clients_are_killed_and_doubled_and_frames_co
             clients[victim].kill()
             clients[victim] = client(victim)
         until_commanded()
+        until(lambda: min(highest.values()) > 0.6 and len(seals) > 40, "each joint to swing, and copies")
         for each in clients.values():
             each.kill()
     command.interrupt()

@@ -262,7 +262,7 @@ def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: Walkin
     until(lambda: stage.state == "walk")
     assert stage.target == pytest.approx((0.1, 0.0, math.pi / 2))
     stage.target, stage.state = None, "stand"
-    until(lambda: stage.target is not None)
+    until(lambda: stage.target is not None and stage.state == "walk")
     assert stage.target == pytest.approx((0.2, 0.0, 0.0))
     assert not ended.done()
     stage.state = "stand"
