@@ -280,9 +280,8 @@ class Follower:
         cycle = self._builder.add(message)
         if cycle is None or self._run is None:
             return
-        if (
-            isinstance(message, SensorFrame) and message.seq >= cycle.sensors.seq
-        ):  # else it is of the run before
+        # A cycle that is completed by an earlier frame is the last one of the run before.
+        if isinstance(message, SensorFrame) and message.seq >= cycle.sensors.seq:
             for part in self._run.take(cycle):
                 self._server.publish(part)
 
