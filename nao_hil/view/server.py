@@ -44,6 +44,8 @@ URGENT_PREFIX: Final = b'{"do":"stop'
 WORDS: Final = ("answer", "caption", "ended")
 """Messages to all browsers that are no part of the run."""
 
+logger = logging.getLogger(__name__)
+
 Whole = Callable[[], "bytes | None"]
 Files = Callable[[str], "Answer | None"]
 
@@ -227,7 +229,11 @@ class PageServer:
             browser.end()
 
     def _answer(self, browser: Browser, text: str | bytes, urgent: bool) -> None:
-        sentence, done = self._order(text)
+        try:
+            sentence, done = self._order(text)
+        except Exception as error:  # the worker's pool would keep it, and the page wait for an answer
+            logger.exception("an order of the page failed")
+            sentence, done = f"The order failed, a fault of nao-hil: {error!r}.", False
         browser.tell(json.dumps({"answer": sentence, "done": done, "urgent": urgent}))
 
     def _file(self, path: str) -> Answer:

@@ -613,6 +613,14 @@ def test_a_browser_that_is_behind_gets_the_run_again_and_every_answer() -> None:
     assert b"the run" in sent and sent.count(b"a row") < 10
 
 
+def test_an_order_that_fails_by_a_fault_is_answered() -> None:
+    said = list[str]()
+    server: Any = SimpleNamespace(_order=lambda text: {}[text])
+    PageServer._answer(server, SimpleNamespace(tell=said.append), "walk", urgent=True)  # type: ignore[arg-type]
+    (answer,) = map(json.loads, said)
+    assert "KeyError('walk')" in answer["answer"] and not answer["done"] and answer["urgent"]
+
+
 def test_a_restart_that_cannot_begin_is_refused_and_the_run_goes_on(
     order: Callable[..., tuple[str, bool]], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -80,7 +80,7 @@ class Live {
   // Why the server refuses this page; empty: it does not answer, or it does not refuse.
   async refusal() {
     try {
-      const response = await fetch("host", { cache: "no-store" }), text = (await response.text()).trim();
+      const response = await fetch("host", { cache: "no-store", signal: AbortSignal.timeout(SILENCE) }), text = (await response.text()).trim();
       if (!response.ok) return text;
       if (text !== location.host) return `The page's server refuses the connection: a proxy changed the header Host from ${location.host} to ${text}. It must pass Host and the WebSocket on (docs/security.md, "The page").`;
     } catch {} // no answer at all
