@@ -19,10 +19,12 @@ OWN = ("http://127.0.0.1:", "ws://127.0.0.1:", "data:")
 """Beginnings of addresses that the page may ask for."""
 WATCH = """
 () => {
-  const state = document.getElementById("state");
+  const parts = ["state", "fell"].map((id) => document.getElementById(id));
+  const text = (part) => (part.hidden ? "" : part.textContent);
   window.states = [];
-  const note = () => window.states.push([0.001 * Date.now(), player.last, state.textContent]);
-  new MutationObserver(note).observe(state, { childList: true, characterData: true, subtree: true });
+  const note = () => window.states.push([0.001 * Date.now(), player.last, parts.map(text).join(" ")]);
+  const observer = new MutationObserver(note), kinds = { childList: true, characterData: true, subtree: true };
+  for (const part of parts) observer.observe(part, { ...kinds, attributes: true });
 }
 """
 
@@ -76,7 +78,7 @@ def state(page: Page, words: str) -> None:
 
 
 def watch_states(page: Page) -> None:
-    """Keep each state that the page shows from now on: one may be over before anybody looks."""
+    """Keep each state and headline of a fall that the page shows: one may be over before anybody looks."""
     page.evaluate(WATCH)
 
 

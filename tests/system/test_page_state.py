@@ -49,8 +49,8 @@ from tests.system.pages import (
 
 Start = Callable[..., Any]
 
-LATEST = 1.0
-"""s of the robot's time from its report to the page, which a busy machine shows later."""
+LATEST = 3.0
+"""s of the robot's time from its report to the page, which was 2 s on a machine that was busy."""
 BODY = "nao-v6"
 LAMP = """
 (i) => {
@@ -272,7 +272,7 @@ def test_a_fall_is_shown_and_its_headline_goes_once_the_robot_stands(live: Live)
     with WorldClient(connect=live.endpoint) as world:
         world.send(Push(impulse=(-6.0, 0.0, 0.0)))
     until(lambda: live.shown("lies on its back", began) is not None, "the fall", pause=0.1)
-    until(lambda: "It fell at" in page.inner_text("#fell"), "its headline", pause=0.1)
+    until(lambda: live.shown("It fell at", began) is not None, "its headline", pause=0.1)
     until(lambda: live.shown("gets up, lies on its", began) is not None, "that it gets up", pause=0.1)
     live.stands()
     until(lambda: page.locator("#fell").is_hidden(), "the headline to go")
