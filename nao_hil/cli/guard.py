@@ -37,6 +37,7 @@ def stop(
     """
     if every and robot:
         raise ConfigurationError(f"--all stops every robot, {robot} too; leave one of both out.")
+    names = link_robots(connect) if every else [_one(robot, name)]
 
     def stopped(who: str) -> GuardStatus | NaoHilError:
         try:
@@ -45,7 +46,6 @@ def stop(
         except NaoHilError as error:
             return error
 
-    names = link_robots(connect) if every else [robot or name]
     with ThreadPoolExecutor(len(names)) as pool:  # all at once: one that does not answer holds up no other
         results = dict(zip(names, pool.map(stopped, names), strict=True))
     done = {who: result for who, result in results.items() if isinstance(result, GuardStatus)}
@@ -60,6 +60,13 @@ def stop(
     return Answer({"robots": done}, error=error)
 
 
+def _one(robot: str, name: str) -> str:
+    """The robot that is named, by the argument or by --name."""
+    if robot and name not in (DEFAULT_ROBOT, robot):
+        raise ConfigurationError(f"{robot} and --name {name} are two robots; give one, or stop each by itself.")
+    return robot or name
+
+
 def arm(
     robot: Robot = "",
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask; for scripts.")] = False,
@@ -70,9 +77,10 @@ def arm(
 
     Example: nao-hil arm --yes --connect tcp/192.168.1.7:7447
     """
-    with GuardClient(robot or name, connect) as guard:
+    who = _one(robot, name)
+    with GuardClient(who, connect) as guard:
         if not yes:
-            _confirm(guard, robot or name)
+            _confirm(guard, who)
         return _show(guard.arm(_WHO))
 
 

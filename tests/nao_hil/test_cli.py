@@ -119,6 +119,8 @@ def test_a_scenario_with_a_box_in_the_robot_is_refused_before_a_run(
         ("world place ball -0.3 -0.1 --mass -1", ["World command refused: `mass`"]),
         ("up --steps 1 --mode in-process", ["steps is 1; a walk has at least 2"]),
         ("up --seed -1", ["seed"]),
+        ("stop --name blue red", ["red and --name blue are two robots"]),
+        ("arm --yes --name blue red", ["red and --name blue are two robots"]),
         ("up --mode fast", ["mode: unknown value 'fast'"]),
         ("up --robot nao-v7 --mode in-process", ["did you mean 'nao-v"]),
         ("up --wear wurn --mode in-process", ["did you mean 'worn'"]),

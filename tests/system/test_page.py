@@ -159,13 +159,13 @@ def test_a_robot_stops_within_three_seconds_of_its_last_page(
     start("view", "--connect", endpoint, "--port", str(port))
     open_page(page, port)
     state(page, "stands")
-    if way == "button":
-        page.get_by_role("button", name="Walk", exact=True).click()
-    else:
+    page.get_by_role("button", name="Walk", exact=True).click()
+    state(page, "walks · step")
+    if way == "pad":
         page.get_by_role("tab", name="Walk").click()
         page.get_by_label("forward, m/s").fill("0.1")
         page.keyboard.press("Tab")
-    state(page, "walks · step")
+        until(lambda: math.isclose(velocity(page)[0], 0.1, abs_tol=0.02), "the velocity that was typed")
     page.wait_for_timeout(5000)
     state(page, "walks · step")  # for as long as the page is open
     with Monitor("nao", endpoint) as monitor:

@@ -218,6 +218,34 @@ def test_keys_of_a_control_are_its_own_and_escape_is_the_emergency_stop(served: 
         server.close()
 
 
+def test_a_number_that_is_typed_at_a_stand_waits_for_the_button(served: Served, page: Page) -> None:
+    server = served.open()
+    try:
+        open_page(page, served.port)
+        tab(page, "Walk")
+        state = page.evaluate("player.runs[0].header.live.state")
+        for number in ("0.1", "0.15"):
+            page.get_by_label("forward, m/s").fill(number)
+            page.keyboard.press("Tab")
+            server.publish({"state": state | {"missed": 1}})  # a stand's, of velocity zero
+        until(lambda: "cycles missed: 1" in page.inner_text("body"), "the state")
+        page.get_by_role("button", name="Walk", exact=True).click()
+        until(lambda: served.orders, "the order")
+        assert [order["do"] for order in served.orders] == ["walk"]
+        assert served.orders[0]["command"]["velocity"] == pytest.approx([0.15, 0.0, 0.0])
+        moving = state | {"words": "walks", "moves": True, "velocity": [0.15, 0.0, 0.0]}
+        server.publish({"state": moving})
+        until(lambda: "walks" in page.inner_text("#state"), "the walk")
+        page.get_by_label("forward, m/s").fill("0.2")
+        page.keyboard.press("Tab")
+        until(lambda: len(served.orders) == 2, "the other velocity")
+        assert served.orders[1]["velocity"] == pytest.approx([0.2, 0.0, 0.0])
+        server.publish({"state": state})
+        until(lambda: float(page.get_by_label("forward, m/s").input_value()) == 0.0, "the field at rest")
+    finally:
+        server.close()
+
+
 def test_every_control_has_a_name_for_a_screen_reader(served: Served, page: Page) -> None:
     server = served.open()
     try:

@@ -283,7 +283,7 @@ class Live {
   // A pad to drag forward and to the left, with a strip for a turn if there are three numbers, and their fields.
   pad(numbers, act) {
     const square = el("div", { className: "pad" }, el("em", { textContent: "forward" }), el("b")), strip = el("div", { className: "pad strip" }, el("em", {}, el("span", { textContent: "turn left" }), el("span", { textContent: "turn right" })), el("b"));
-    const fields = numbers.map(({ label, unit, initial, most }) => Object.assign(this.number(label, unit, initial, -10, 10, () => send()), { most }));
+    const fields = numbers.map(({ label, unit, initial, most }) => Object.assign(this.number(label, unit, initial, -10, 10, () => send(true)), { most }));
     const [forward, left, turn] = fields;
     const values = () => fields.map((field) => field.value);
     const place = () => {
@@ -292,9 +292,9 @@ class Live {
       Object.assign(strip.lastChild.style, { top: "50%", left: `${percent(turn)}%` });
     };
     let sent = 0;
-    const send = () => {
+    const send = (typed = false) => {
       place();
-      if (values().every((value) => value !== null)) act(values());
+      if (values().every((value) => value !== null)) act(values(), typed);
     };
     const drag = (event) => {
       if (event.type === "pointerdown") event.currentTarget.setPointerCapture(event.pointerId);
@@ -332,11 +332,14 @@ class Live {
   }
 
   walkTab(live) {
-    const pad = this.pad(PADS.velocity, (velocity) => this.order("steer", { velocity }));
+    const moves = () => this.player.runs[0].header.live.state.moves;
+    let waits = false; // numbers that were typed at a stand wait for the button Walk
+    const pad = this.pad(PADS.velocity, (velocity, typed) => ((waits = typed && !moves()), waits || this.order("steer", { velocity })));
     this.velocity = {
       pad,
       show: (velocity, everywhere) => {
-        if (!pad.dragging) velocity.forEach((value, i) => pad.fields[i].set(value)), pad.place();
+        waits &&= !moves();
+        if (!pad.dragging && !waits) velocity.forEach((value, i) => pad.fields[i].set(value)), pad.place();
         if (!this.lost) pad.fields.slice(1).forEach((field) => (field.input.disabled = !everywhere));
       },
       straight: () => pad.fields.slice(1).forEach((field) => (field.input.disabled = true)),
