@@ -313,7 +313,7 @@ def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: st
     # A signal that comes before the handler is in place ends the process too, with the same code.
     script = WITHOUT_PYBULLET.replace("main()", "print('ready', file=sys.stderr, flush=True)\nmain()")
     walker = start("walk", "--connect", endpoint, script=script)
-    until(lambda: "ready" in walker.stderr, "the walker")
+    until(lambda: "ready\n" in walker.stderr, "the walker")
     walker.interrupt()
     assert walker.process.returncode == 130
     assert "Traceback" not in walker.stderr
