@@ -37,7 +37,7 @@ def stop(
     """
     if every and robot:
         raise ConfigurationError(f"--all stops every robot, {robot} too; leave one of both out.")
-    names = link_robots(connect) if every else [_one(robot, name)]
+    names = link_robots(connect) if every else [_robot_id(robot, name)]
 
     def stopped(who: str) -> GuardStatus | NaoHilError:
         try:
@@ -60,7 +60,7 @@ def stop(
     return Answer({"robots": done}, error=error)
 
 
-def _one(robot: str, name: str) -> str:
+def _robot_id(robot: str, name: str) -> str:
     """The robot that is named, by the argument or by --name."""
     if robot and name not in (DEFAULT_ROBOT, robot):
         raise ConfigurationError(f"{robot} and --name {name} are two robots; give one, or stop each by itself.")
@@ -77,7 +77,7 @@ def arm(
 
     Example: nao-hil arm --yes --connect tcp/192.168.1.7:7447
     """
-    who = _one(robot, name)
+    who = _robot_id(robot, name)
     with GuardClient(who, connect) as guard:
         if not yes:
             _confirm(guard, who)

@@ -54,7 +54,7 @@ def up(
     # imported late: the walk needs SciPy, which help and completion need not wait for
     with loading():
         from emulator.scenarios import load_scenario
-        from nao_hil.runs.build import cautions
+        from nao_hil.runs.build import configuration_warnings
 
         settings = chosen_engine(settings)
     lies = (settings.start or load_scenario(settings.scenario).start.pose).startswith("lie-")
@@ -63,8 +63,8 @@ def up(
     if recover and lies and "back" not in get_up_motions(load_body(settings.robot)):
         raise ConfigurationError(f"{settings.robot} has no motion to get up; --no-recover lets it lie.")
     settings = msgspec.structs.replace(settings, recover=recover)
-    for caution in cautions(settings):
-        open_console().print(caution)
+    for warning in configuration_warnings(settings):
+        open_console().print(warning)
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
     linked = settings.mode != "in-process"

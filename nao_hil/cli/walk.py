@@ -59,7 +59,7 @@ def walk(
     """
     # imported late: the walk needs SciPy, which help and completion need not wait for
     with loading():
-        from nao_hil.runs.build import cautions, controller_maker
+        from nao_hil.runs.build import configuration_warnings, controller_maker
         from walker.process import WalkerProcess
         from walker.service import WalkService
 
@@ -77,8 +77,8 @@ def walk(
         recover=recover,
     )
     log_to_stderr()
-    for caution in cautions(settings):
-        logging.getLogger(__name__).warning("%s", caution)
+    for warning in configuration_warnings(settings):
+        logging.getLogger(__name__).warning("%s", warning)
     body = settings.robot if robot is not None or config is not None else None
     priority = CONTROLLER_PRIORITY if realtime_priority else None
     # made first: a wrong parameter is an error before the link is opened

@@ -175,7 +175,7 @@ def _moving(settings: RunConfig, changes: dict[str, Any]) -> GaitParameters:
     return parameters.with_velocity((x, y, turn))
 
 
-def cautions(settings: RunConfig) -> list[str]:
+def configuration_warnings(settings: RunConfig) -> list[str]:
     """Sentences on a run that goes otherwise than a user may expect.
 
     Its velocity may be beyond the gait's limits, or its admittances disturb a gait whose footholds follow the

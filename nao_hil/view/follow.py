@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import re
 import threading
 import time
-from collections import deque
-from collections.abc import Mapping
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
-import numpy as np
 
 from bridge.body import BODIES, body_of
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import DEFAULT_ROBOT
-from bridge.link.robots import LinkRobot, LinkRobots
+from bridge.link.robots import LinkRobots
 from bridge.link.session import in_order
 from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.frames import ELEMENTS
@@ -30,16 +26,15 @@ from bridge.messages.topics import Message
 from bridge.messages.walk import WalkStatus
 from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
-from bridge.types import Array
 from bridge.validation import unknown_name
 from emulator.scenarios import SCENARIOS
 from emulator.wear import WEAR
-from nao_hil.analysis.diagnosis import Balance, BalanceEstimator, Diagnosis, Symptom, Symptoms, explain
 from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.run import Cycle, CycleBuilder
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
 from nao_hil.view.live import Commands, Subscriber, stop_all
+from nao_hil.view.live_run import LiveRun
 from nao_hil.view.orders import (
     Choose,
     Driving,
@@ -52,11 +47,9 @@ from nao_hil.view.orders import (
     answered,
 )
 from nao_hil.view.page import recorded_page
-from nao_hil.view.rows import RunRows, events_json, world_json
+from nao_hil.view.rows import world_json
 from nao_hil.view.server import HTML, PageServer
-from nao_hil.view.signals import Lateness
 from nao_hil.view.state import describe
-from walker.estimation.odometry import GroundPlane
 from walker.gaits.catalogue import GAITS, gait_parameters
 from walker.gaits.learned import POLICIES, PREFIX
 
@@ -66,10 +59,6 @@ WATCH_INTERVAL: Final = 0.15
 """s between two questions for the walker's status and the world."""
 NOTICE_CYCLES: Final = 500
 """Cycles of a new walker after which the end of the one before is no news."""
-MAX_ROWS: Final = 10_000
-"""Rows that are kept: five minutes."""
-MAX_EVENTS: Final = 200
-"""Symptoms and footprints that are kept."""
 LOOK_INTERVAL: Final = 1.0
 """s between two looks for robots that came or went."""
 LEARNED: Final = tuple(PREFIX + network.stem for network in sorted(POLICIES.glob("*.onnx")))
@@ -90,98 +79,6 @@ FAULTS: Final[dict[str, tuple[str, str]]] = {
     "power-loss": ("", ""),
 }
 """Kinds of faults that the page offers: the part concerned, and the number for the severity."""
-
-
-class LiveRun:
-    """One robot from its start, or its last reset, up to now.
-
-    Args:
-        info: The robot.
-        title: Its name on the page.
-        world: Its surroundings; None: a real robot.
-        others: The other robots of its world, by name.
-    """
-
-    def __init__(
-        self,
-        info: Info,
-        title: str,
-        world: WorldReply | None,
-        others: Mapping[str, LinkRobot] | None = None,
-    ) -> None:
-        body = body_of(info.body, info.sheet)
-        self.info, self._title, self.others = info, title, dict(others or {})
-        self.rows = RunRows(body, world, {name: robot.body for name, robot in self.others.items()})
-        self._observer = BalanceEstimator(body)
-        self._watch, self._late = Symptoms(self._observer), Lateness()
-        self.set_world(world)
-        self._table: deque[Array] = deque(maxlen=MAX_ROWS)
-        self._prints: deque[list[float]] = deque(maxlen=MAX_EVENTS)
-        self._symptoms: list[Symptom] = []
-        self.diagnosis: Diagnosis | None = None
-        self.newest: Cycle | None = None
-        self._lock = threading.Lock()
-        self._latest_late = math.nan
-
-    def set_world(self, world: WorldReply | None) -> None:
-        """The surroundings are like this."""
-        if world is not None:
-            self._observer.ground = GroundPlane(*world.floor, 0.0)
-            if world.terrain is None and self.rows.world is not None:
-                world = msgspec.structs.replace(world, terrain=self.rows.world.terrain)
-            self.rows.world = world
-
-    def take(self, cycle: Cycle) -> list[bytes | dict[str, Any]]:
-        """Process the next cycle; returns the messages for the browsers."""
-        balance = self._observer.update(cycle)
-        late = self._late.update(cycle.sensors.time, cycle.sensors.wall)
-        self._latest_late = float(np.fmax(self._latest_late, late))
-        messages: list[bytes | dict[str, Any]] = []
-        found = self._watch.update(balance)
-        with self._lock:
-            self.newest = cycle
-            if found:
-                messages.append(self._add_symptoms(found))
-            elif self._stands_again(balance):
-                self.diagnosis = None
-                messages.append(events_json(self._symptoms, None))
-            if prints := self.rows.prints(balance):
-                self._prints.extend(prints)
-                messages.append({"prints": prints})
-            if self.rows.due(cycle.sensors.time):
-                truths = {name: robot.truth for name, robot in self.others.items()}
-                row = self.rows.row(balance, self._latest_late, truths).astype("<f4")
-                self._latest_late = math.nan
-                self._table.append(row)
-                messages.append(row.tobytes())
-        return messages
-
-    def _add_symptoms(self, found: list[Symptom]) -> dict[str, Any]:
-        self._symptoms += found
-        del self._symptoms[:-MAX_EVENTS]
-        if any(s.kind == "fall" for s in found):
-            last = self.diagnosis.fell if self.diagnosis else -1.0
-            since = [s for s in self._symptoms if s.time > last]
-            self.diagnosis = explain(since, torso_off=self._watch.torso_off) or self.diagnosis
-        return events_json(self._symptoms, self.diagnosis)
-
-    def _stands_again(self, balance: Balance) -> bool:
-        walk = balance.cycle.walk
-        if self.diagnosis is None or walk is None or balance.cycle.sensors.time < self.diagnosis.fell + 1.0:
-            return False
-        return walk.state in ("stand", "walk")
-
-    def packed(self, name: str = "", **header: Any) -> bytes:
-        """The run up to now; `name`: that of the robot on the link."""
-        with self._lock:
-            table = np.array(self._table) if self._table else np.zeros((0, self.rows.width))
-            prints, symptoms, diagnosis = list(self._prints), list(self._symptoms), self.diagnosis
-        subtitle = f"{self.info.body}, {self.info.side}, {self.info.mode}"
-        events = events_json(symptoms, diagnosis)
-        names = in_order([name, *self.others])
-        return self.rows.pack(
-            table, prints, title=self._title, subtitle=subtitle, name=name, names=names, live=header, **events
-        )
 
 
 class Follower:
@@ -207,8 +104,8 @@ class Follower:
         self._guard: GuardStatus | None = None
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
-        self._ground_is_late = False
-        """The ground, which is sent with the run, was not known at its begin."""
+        self._terrain_pending = False
+        """The terrain, which is sent with the run, arrived after its beginning."""
         self._walker_ended: Notice | None = None
         """Notice that `nao-hil up` lost its walker."""
         self._state = self._describe(0.0)
@@ -228,8 +125,8 @@ class Follower:
             self._process(message)
             if isinstance(message, GuardStatus):  # the next one may follow before the next look
                 self._publish_state(0.0)
-        if self._ground_is_late and self._run is not None:
-            self._ground_is_late = False
+        if self._terrain_pending and self._run is not None:
+            self._terrain_pending = False
             self._server.feed(self._packed, self._link.carry_out, self._file)
         self._publish_state(time.monotonic() - self._last_frame_at)
 
@@ -298,7 +195,7 @@ class Follower:
         state = describe(newest, self._guard, self._walk, self._world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
         state["notice"] = self._notice(newest)
-        state["slow"] = self._link.speed
+        state["time_scale"] = self._link.time_scale
         return state
 
     def _notice(self, newest: Cycle | None) -> str:
@@ -401,7 +298,7 @@ class Follower:
                 return  # another robot is shown, or this one began again
             self._world = world
             run.set_world(world)
-            self._ground_is_late |= not known and world.terrain is not None
+            self._terrain_pending |= not known and world.terrain is not None
             if before is None or (before.objects, before.floor) != (world.objects, world.floor):
                 self._server.publish({"world": world_json(run.rows.world)})
 
@@ -490,8 +387,8 @@ class LinkFollower:
         return self._slow
 
     @property
-    def speed(self) -> float:
-        """Robot time per time of the clock, by the slow motion."""
+    def time_scale(self) -> float:
+        """Robot time over time of the clock, by the slow motion."""
         return self._slow.speed if self._slow is not None else 1.0
 
     def _look(self) -> None:

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
 
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
@@ -40,9 +40,8 @@ HOST_PATH: Final = "/host"
 """Answered with the header `Host`: a page finds that a proxy changes it, for which its WebSocket is refused."""
 URGENT_PREFIX: Final = b'{"do":"stop'
 """Beginning of an emergency stop: it waits for no order before it."""
-
-WORDS: Final = ("answer", "caption", "ended")
-"""Messages to all browsers that are no part of the run."""
+KEPT: Final = {"answer", "caption", "ended"}
+"""Fields of messages that no run from its start repeats: a browser that is behind gets them all."""
 
 logger = logging.getLogger(__name__)
 
@@ -50,10 +49,12 @@ Whole = Callable[[], "bytes | None"]
 Files = Callable[[str], "Answer | None"]
 
 
-class Word(str):
-    """A message that is no part of the run: a run from its start does not hold it."""
+class Message(NamedTuple):
+    """A message to a browser."""
 
-    __slots__ = ()
+    data: bytes | str
+    kept: bool = False
+    """No run from its start repeats it."""
 
 
 class Browser:
@@ -66,7 +67,7 @@ class Browser:
 
     def __init__(self, connection: Any, whole: Whole) -> None:
         self._connection, self._whole = connection, whole
-        self._queue: queue.Queue[bytes | str | None] = queue.Queue()
+        self._queue: queue.Queue[Message | None] = queue.Queue()
         self._sender = threading.Thread(target=self._send, name="sender", daemon=True)
         self.seen = time.monotonic()
         """Time of its last sign of life, monotonic, s."""
@@ -76,27 +77,24 @@ class Browser:
         self._begin()
         self._sender.start()
 
-    def put(self, message: bytes | str) -> None:
-        """Send a message after those before it."""
-        if self._queue.qsize() > MAX_BACKLOG:
-            self._begin()
-        else:
+    def put(self, message: Message) -> None:
+        """Send a message after those before it, or the run from its start to a browser that is behind."""
+        if message.kept or self._queue.qsize() <= MAX_BACKLOG:
             self._queue.put(message)
-
-    def tell(self, message: str) -> None:
-        """Send a message that is no part of the run, also to a browser that is behind."""
-        self._queue.put(Word(message))
+        else:
+            self._begin()
 
     def _begin(self) -> None:
-        kept = []
+        """Send the run from its start, after the waiting messages that it does not repeat."""
+        waiting = []
         with contextlib.suppress(queue.Empty):
             while True:
-                if isinstance(message := self._queue.get_nowait(), Word | None):
-                    kept.append(message)
-        for message in kept:
-            self._queue.put(message)
+                waiting.append(self._queue.get_nowait())
+        for message in waiting:
+            if message is None or message.kept:
+                self._queue.put(message)
         if (run := self._whole()) is not None:
-            self._queue.put(run)
+            self._queue.put(Message(run))
 
     def end(self, timeout: float = 0.0) -> None:
         """Send the messages before this call, for `timeout` s, and no more."""
@@ -118,7 +116,7 @@ class Browser:
                 with contextlib.suppress(queue.Empty):
                     if (message := self._queue.get(timeout=PING_INTERVAL)) is None:
                         return
-                    self._connection.send(message)
+                    self._connection.send(message.data)
 
 
 class PageServer:
@@ -191,14 +189,13 @@ class PageServer:
 
     def publish(self, message: bytes | dict[str, Any]) -> None:
         """Send rows, or an object as JSON, to all browsers."""
-        data = message if isinstance(message, bytes) else json.dumps(message)
-        word = not isinstance(message, bytes) and not message.keys().isdisjoint(WORDS)
+        if isinstance(message, bytes):
+            sent = Message(message)
+        else:
+            sent = Message(json.dumps(message), kept=not KEPT.isdisjoint(message))
         with self._lock:
             for browser in self._browsers:
-                if isinstance(data, str) and word:
-                    browser.tell(data)
-                else:
-                    browser.put(data)
+                browser.put(sent)
 
     def close(self, last: str = "", *, run: bool = False) -> None:
         """End all connections, after a last sentence for those who watch; `run`: the run has ended as well."""
@@ -234,7 +231,7 @@ class PageServer:
         except Exception as error:  # the worker's pool would keep it, and the page wait for an answer
             logger.exception("an order of the page failed")
             sentence, done = f"The order failed, a fault of nao-hil: {error!r}.", False
-        browser.tell(json.dumps({"answer": sentence, "done": done, "urgent": urgent}))
+        browser.put(Message(json.dumps({"answer": sentence, "done": done, "urgent": urgent}), kept=True))
 
     def _file(self, path: str) -> Answer:
         if path in ("/", "/index.html"):

@@ -55,7 +55,7 @@ def describe(
         silent: Time since the last frame, s.
 
     Returns:
-        words, alarm (bool), walks (bool: a walker is in force), moves (bool: it walks), velocity in force
+        words, alarm (bool), walks (bool: a walker is in force), walking (bool), velocity in force
         (m/s, m/s, rad/s), gait, armed (None: not reported yet), paused, held by, cycles missed.
     """
     paused = world is not None and world.paused
@@ -64,7 +64,7 @@ def describe(
         "words": _words(cycle, guard, walk, silent, paused),
         "alarm": guard is not None and guard.state in ALARMS,
         "walks": walk is not None,
-        "moves": walk is not None and walk.state == "walk",
+        "walking": walk is not None and walk.state == "walk",
         "velocity": list(status.velocity) if walk and status else [0.0, 0.0, 0.0],
         "gait": status.gait if status else "",
         "armed": guard.armed if guard else None,

@@ -12,7 +12,7 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.cli.config import KINDS, kind_of
-from nao_hil.runs.build import cautions, check_run
+from nao_hil.runs.build import check_run, configuration_warnings
 from nao_hil.runs.config import RunConfig, run_config
 
 
@@ -87,6 +87,6 @@ def test_a_ground_that_no_engine_can_lay_is_refused(tmp_path: Path, text: str, w
 def test_a_run_that_goes_otherwise_than_its_user_may_expect_says_so(
     gait: str, changes: dict[str, Any], word: str | None
 ) -> None:
-    said = cautions(RunConfig(gait=gait, **changes))
+    said = configuration_warnings(RunConfig(gait=gait, **changes))
     assert len(said) == (word is not None)
     assert all(str(word) in sentence for sentence in said)

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -19,6 +19,9 @@ from tests.bare_loop import BareLoop
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
 from tests.system.machine import complaint, engine_cycles
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 LATENESS: pytest.StashKey[Array] = pytest.StashKey()
 """Of the bare loop beside a real-time test, s."""
@@ -127,6 +130,21 @@ def port() -> int:
     return free_port()
 
 
+@pytest.fixture
+def errors() -> list[str]:
+    """Complaints of the page."""
+    return []
+
+
+@pytest.fixture
+def page(errors: list[str]) -> Iterator[Page]:
+    """An empty page in a headless browser."""
+    from tests.system.pages import browser_page  # imported late: only tests of the page need Playwright
+
+    with browser_page(errors) as opened:
+        yield opened
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, None]:
     """A bare loop beside each real-time test."""
@@ -145,6 +163,9 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     if report.when == "call" and report.failed:
         for command in getattr(item.funcargs.get("start"), "commands", ()):  # type: ignore[attr-defined]
             report.sections.append((f"errors of {' '.join(command.arguments)}", command.stderr[-2000:]))
+        if page := item.funcargs.get("page") or getattr(item.funcargs.get("live"), "page", None):  # type: ignore[attr-defined]
+            with contextlib.suppress(Exception):  # it does not answer
+                report.sections.append(("texts of the page", page.inner_text("body", timeout=5000)))
     if report.when != "call" or not report.failed or LATENESS not in item.stash:
         return
     reason = complaint(item.stash[LATENESS], engine_cycles())

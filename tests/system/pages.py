@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any
 
 from playwright.sync_api import Error, Page, sync_playwright
@@ -41,20 +41,8 @@ def browser_page(errors: list[str]) -> Iterator[Page]:
         opened.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
         opened.on("pageerror", lambda error: errors.append(str(error)))
         opened.on("request", lambda r: None if r.url.startswith(OWN) else errors.append(r.url))
-        try:
-            yield opened
-        except AssertionError as error:
-            raise AssertionError(f"{error}\nThe page shows:\n{shown(opened)}") from error
-        finally:
-            browser.close()
-
-
-def shown(page: Page) -> str:
-    """Texts of the page, for the report of a test that failed."""
-    page.set_default_timeout(5000)
-    with suppress(Error):
-        return page.inner_text("body")
-    return "nothing; it does not answer"
+        yield opened
+        browser.close()
 
 
 def open_page(page: Page, port: int) -> None:
@@ -87,8 +75,8 @@ def shown_states(page: Page) -> list[tuple[float, float, str]]:
     return [(at, time, text) for at, time, text in page.evaluate("window.states")]
 
 
-def insist(act: Callable[[], object], condition: Callable[[], Any], what: str) -> None:
-    """Do something again and again until it has its effect, as a person does whose page had no connection."""
+def retry_until(act: Callable[[], object], condition: Callable[[], Any], what: str) -> None:
+    """Repeat an action until it has its effect: an order is lost where the page has no connection."""
 
     def done() -> Any:
         act()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,25 +22,13 @@ from nao_hil.view.page import page as live_page
 from nao_hil.view.server import PageServer
 from tests.loops import until
 from tests.proxy import proxy
-from tests.system.pages import browser_page, insist, open_page, press, state, velocity
+from tests.system.pages import open_page, press, retry_until, state, velocity
 
 Start = Callable[..., Any]
 
 SIZES = [(1280, 800), (390, 844)]
 
 pytestmark = pytest.mark.browser
-
-
-@pytest.fixture
-def errors() -> list[str]:
-    """What the page complained of."""
-    return []
-
-
-@pytest.fixture
-def page(errors: list[str]) -> Iterator[Page]:
-    with browser_page(errors) as opened:
-        yield opened
 
 
 def shows(page: Page, words: str) -> bool:
@@ -115,7 +103,7 @@ def test_walk_push_fall_reset_and_emergency_stop(
     assert sum(r.topic == "sensors" for r in read_recording(Path(download.value.path()))) > 100
 
     stop = page.get_by_role("button", name="Emergency stop")
-    insist(stop.click, partial(shows, page, "emergency stop"), "the stop")
+    retry_until(stop.click, partial(shows, page, "emergency stop"), "the stop")
     page.get_by_role("button", name="Arm", exact=True).wait_for()
     check_in_sight(page, "Arm")
     assert errors == []
@@ -139,7 +127,7 @@ def test_the_buttons_of_the_body_are_pressed_while_held_and_keys_drive_once_they
     page.get_by_role("tab", name="Walk").click()
     page.get_by_label("drive by keys and gamepad").check()
     for key, words in (("w", "walks"), ("x", "stands")):
-        insist(partial(page.keyboard.press, key), partial(shows, page, words), f"the state `{words}`")
+        retry_until(partial(page.keyboard.press, key), partial(shows, page, words), f"the state `{words}`")
     events = page.locator("#events").text_content() or ""
     assert "Walks by the static gait" in events and "Closes the feet" in events
     assert errors == []

@@ -20,7 +20,8 @@ from bridge.messages.guard import GuardStatus
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.run import CycleBuilder
 from nao_hil.view.access import Access
-from nao_hil.view.follow import LinkFollower, LiveRun
+from nao_hil.view.follow import LinkFollower
+from nao_hil.view.live_run import LiveRun
 from nao_hil.view.orders import Orders
 from nao_hil.view.page import page as live_page
 from nao_hil.view.server import PageServer
@@ -28,7 +29,7 @@ from nao_hil.view.state import describe
 from tests.loops import until
 from tests.ports import free_port
 from tests.proxy import proxy
-from tests.system.pages import browser_page, insist, open_page, shown_states, watch_states
+from tests.system.pages import open_page, retry_until, shown_states, watch_states
 
 pytestmark = pytest.mark.browser
 
@@ -78,6 +79,25 @@ class Served:
         server.feed(follower._packed, self.take, lambda _: None)
         return server
 
+    @contextlib.contextmanager
+    def shown(self, page: Page) -> Iterator[PageServer]:
+        """Serve it, and open it in the browser."""
+        server = self.open()
+        try:
+            open_page(page, self.port)
+            yield server
+        finally:
+            server.close()
+
+    @contextlib.contextmanager
+    def driven_by_gamepad(self, page: Page) -> Iterator[PageServer]:
+        """The same with a gamepad, `pad` of the page's script, that drives."""
+        page.add_init_script(f"({GAMEPAD})()")
+        with self.shown(page) as server:
+            tab(page, "Walk")
+            page.get_by_label("drive by keys and gamepad").check()
+            yield server
+
     def take(self, text: str | bytes) -> tuple[str, bool]:
         """Keep an order."""
         self.orders.append(json.loads(text))
@@ -87,12 +107,6 @@ class Served:
 @pytest.fixture
 def served(tmp_path: Path) -> Served:
     return Served(free_port(), tmp_path)
-
-
-@pytest.fixture
-def page() -> Iterator[Page]:
-    with browser_page([]) as opened:
-        yield opened
 
 
 def tab(page: Page, name: str) -> None:
@@ -126,23 +140,17 @@ def test_a_lost_page_knows_nothing_of_the_robot_and_its_emergency_stop_says_that
 
 
 def test_a_message_that_the_page_cannot_take_stops_no_later_one(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page) as server:
         state = page.evaluate("player.runs[0].header.live.state")
         server.publish({"state": {}})
         server.publish({"state": state | {"words": "is shown again"}})
         until(lambda: "is shown again" in page.inner_text("#state"), "the later one")
-    finally:
-        server.close()
 
 
 def test_a_connection_that_is_only_silent_counts_as_lost_and_an_unanswered_stop_is_reported(
     served: Served, page: Page
 ) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         watch_states(page)
 
         def stays_connected() -> bool:
@@ -158,11 +166,9 @@ def test_a_connection_that_is_only_silent_counts_as_lost_and_an_unanswered_stop_
             page.evaluate("() => { player.live.socket.onmessage = () => {}; }")  # as with its cable out
             page.keyboard.press("Escape")
 
-        insist(stop_in_silence, lambda: "may not have gone out" in page.inner_text("#toast"), "the report")
+        retry_until(stop_in_silence, lambda: "may not have gone out" in page.inner_text("#toast"), "the report")
         until(lambda: any("the robot may still move" in text for *_, text in shown_states(page)), "the loss")
         until(lambda: "the robot may still move" not in page.inner_text("#state"), "the next connection")
-    finally:
-        server.close()
 
 
 def test_behind_a_proxy_that_changes_host_the_page_says_why_it_is_refused(served: Served, page: Page) -> None:
@@ -177,9 +183,7 @@ def test_behind_a_proxy_that_changes_host_the_page_says_why_it_is_refused(served
 
 
 def test_keys_of_a_control_are_its_own_and_escape_is_the_emergency_stop(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         tab(page, "Walk")
         page.get_by_label("drive by keys and gamepad").check()
         page.keyboard.press("w")
@@ -214,14 +218,10 @@ def test_keys_of_a_control_are_its_own_and_escape_is_the_emergency_stop(served: 
         page.keyboard.up("Enter")
         until(lambda: len(served.orders) == 6, "a press")
         assert [order["command"]["pressed"] for order in served.orders[-2:]] == [True, False]
-    finally:
-        server.close()
 
 
 def test_a_number_that_is_typed_at_a_stand_waits_for_the_button(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page) as server:
         tab(page, "Walk")
         state = page.evaluate("player.runs[0].header.live.state")
         for number in ("0.1", "0.15"):
@@ -233,7 +233,7 @@ def test_a_number_that_is_typed_at_a_stand_waits_for_the_button(served: Served, 
         until(lambda: served.orders, "the order")
         assert [order["do"] for order in served.orders] == ["walk"]
         assert served.orders[0]["command"]["velocity"] == pytest.approx([0.15, 0.0, 0.0])
-        moving = state | {"words": "walks", "moves": True, "velocity": [0.15, 0.0, 0.0]}
+        moving = state | {"words": "walks", "walking": True, "velocity": [0.15, 0.0, 0.0]}
         server.publish({"state": moving})
         until(lambda: "walks" in page.inner_text("#state"), "the walk")
         page.get_by_label("forward, m/s").fill("0.2")
@@ -242,26 +242,15 @@ def test_a_number_that_is_typed_at_a_stand_waits_for_the_button(served: Served, 
         assert served.orders[1]["velocity"] == pytest.approx([0.2, 0.0, 0.0])
         server.publish({"state": state})
         until(lambda: float(page.get_by_label("forward, m/s").input_value()) == 0.0, "the field at rest")
-    finally:
-        server.close()
 
 
 def test_every_control_has_a_name_for_a_screen_reader(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         assert page.evaluate(NAMELESS) == []
-    finally:
-        server.close()
 
 
 def test_a_gamepad_drives_by_all_axes_and_its_release_is_a_stop(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        page.add_init_script(f"({GAMEPAD})()")
-        open_page(page, served.port)
-        tab(page, "Walk")
-        page.get_by_label("drive by keys and gamepad").check()
+    with served.driven_by_gamepad(page):
         page.evaluate("pad.axes = [0.5, -1, -1, 0]")
         until(lambda: served.orders, "an order")
         assert served.orders[-1]["do"] == "steer"
@@ -271,14 +260,10 @@ def test_a_gamepad_drives_by_all_axes_and_its_release_is_a_stop(served: Served, 
             until(lambda: served.orders[-1]["velocity"] == [0.4, 0, 0], "the walk")
             page.evaluate(release)
             until(lambda: served.orders[-1]["velocity"] == [0, 0, 0], f"the stop of {release}")
-    finally:
-        server.close()
 
 
 def test_the_past_of_a_live_run_is_marked_and_orders_act_now(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         assert "past" not in page.inner_text("#state")
         page.evaluate("player.goTo(player.last - 1)")
         until(lambda: "the past, 1.0 s ago" in page.inner_text("#state"), "the mark")
@@ -288,8 +273,6 @@ def test_the_past_of_a_live_run_is_marked_and_orders_act_now(served: Served, pag
         until(lambda: served.orders, "the order")
         page.get_by_role("button", name="Live").click()
         until(lambda: "past" not in page.inner_text("#state"), "the present")
-    finally:
-        server.close()
 
 
 @pytest.mark.parametrize(("armed", "shown"), [(True, "Walk"), (False, "Arm"), (None, "Walk")])
@@ -297,39 +280,26 @@ def test_arm_is_offered_only_by_the_robots_own_word(
     served: Served, page: Page, armed: bool | None, shown: str
 ) -> None:
     served.armed = armed
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         for name in ("Walk", "Arm"):
             assert page.get_by_role("button", name=name, exact=True).is_visible() == (name == shown)
-    finally:
-        server.close()
 
 
 def test_the_page_of_a_real_robot_has_no_world_and_shows_its_state(served: Served, page: Page) -> None:
     served.side = "naoqi"
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page) as server:
         state = page.evaluate("player.runs[0].header.live.state")
         server.publish({"state": state | {"words": "stands", "holder": "walker"}})
         until(lambda: "stands" in page.inner_text("#state"), "the state")
         tab(page, "Walk")
         until(lambda: "controller: walker" in page.inner_text(".tab[data-name=Walk]"), "the controller")
         assert page.get_by_role("tab", name="World").count() == 0
-    finally:
-        server.close()
 
 
 def test_a_stick_released_without_a_connection_stops_the_robot_once_there_is_one(
     served: Served, page: Page
 ) -> None:
-    server = served.open()
-    try:
-        page.add_init_script(f"({GAMEPAD})()")
-        open_page(page, served.port)
-        tab(page, "Walk")
-        page.get_by_label("drive by keys and gamepad").check()
+    with served.driven_by_gamepad(page):
         page.evaluate("pad.axes = [0, -1, 0, 0]")
         until(lambda: served.orders and served.orders[-1]["velocity"] == [0.4, 0, 0], "the walk")
         page.evaluate("() => { player.live.connect = () => {}; player.live.socket.close(); }")
@@ -338,30 +308,19 @@ def test_a_stick_released_without_a_connection_stops_the_robot_once_there_is_one
         page.wait_for_timeout(1000)
         page.evaluate("() => { delete player.live.connect; player.live.connect(); }")
         until(lambda: served.orders[-1]["velocity"] == [0, 0, 0], "the stop")
-    finally:
-        server.close()
 
 
 def test_a_stick_stops_the_robot_that_it_moved_when_another_one_is_shown(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        page.add_init_script(f"({GAMEPAD})()")
-        open_page(page, served.port)
-        tab(page, "Walk")
-        page.get_by_label("drive by keys and gamepad").check()
+    with served.driven_by_gamepad(page):
         page.evaluate("pad.axes = [0, -1, 0, 0]")
         until(lambda: served.orders and served.orders[-1]["velocity"] == [0.4, 0, 0], "the walk")
         page.evaluate("() => { player.runs[0].header.name = 'blue'; pad.axes = [0, 0, 0, 0]; }")
         until(lambda: served.orders[-1]["velocity"] == [0, 0, 0], "the stop")
         assert [each["robot"] for each in served.orders if each["velocity"] == [0, 0, 0]] == ["nao"]
-    finally:
-        server.close()
 
 
 def test_controls_show_what_is_in_force_whatever_was_asked_for(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page) as server:
         state = page.evaluate("player.runs[0].header.live.state")
         page.evaluate(
             "() => { player.runs[0].header.names = ['blue', 'nao']; player.live.show(player.runs[0]); }"
@@ -374,7 +333,7 @@ def test_controls_show_what_is_in_force_whatever_was_asked_for(served: Served, p
         slow.select_option("0.25")
         until(lambda: served.orders[-1]["do"] == "slow", "the order")
         until(lambda: slow.input_value() == "1", "the speed in force")
-        server.publish({"state": state | {"slow": 0.25}})
+        server.publish({"state": state | {"time_scale": 0.25}})
         until(lambda: slow.input_value() == "0.25", "the slow motion")
         tab(page, "Walk")
         box = page.locator(".pad").first.bounding_box()
@@ -385,17 +344,13 @@ def test_controls_show_what_is_in_force_whatever_was_asked_for(served: Served, p
         server.publish({"state": state | {"velocity": [0.12, 0.0, 0.0]}})
         until(lambda: page.get_by_label("forward, m/s").input_value() == "0.12", "the velocity in force")
         page.mouse.up()
-    finally:
-        server.close()
 
 
 def test_a_robot_without_a_cycle_has_its_state_and_one_with_other_joints_its_own_ones(
     served: Served, page: Page
 ) -> None:
     served.cycles = 0
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         until(lambda: "waits for the robot" in page.inner_text("#state"), "the state")
         page.evaluate(
             "() => { const [run] = player.runs; run.header.joints = run.header.joints.slice(2, 5);"
@@ -403,14 +358,10 @@ def test_a_robot_without_a_cycle_has_its_state_and_one_with_other_joints_its_own
         )
         tab(page, "World")
         assert page.get_by_label("joint", exact=True).locator("option").count() == 3
-    finally:
-        server.close()
 
 
 def test_no_walk_begins_by_a_number_that_is_none(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page):
         tab(page, "Walk")
         for label, number in (("steps, 0: no end", "4 or 5"), ("forward, m/s", "")):
             page.get_by_label(label, exact=True).fill(number)
@@ -421,14 +372,10 @@ def test_no_walk_begins_by_a_number_that_is_none(served: Served, page: Page) -> 
         page.get_by_role("button", name="Stop", exact=True).click()
         until(lambda: served.orders and served.orders[-1]["do"] == "key", "the order after them")
         assert "walk" not in [each["do"] for each in served.orders]
-    finally:
-        server.close()
 
 
 def test_a_mark_stays_at_its_time_while_the_run_goes_on(served: Served, page: Page) -> None:
-    server = served.open()
-    try:
-        open_page(page, served.port)
+    with served.shown(page) as server:
         last = page.evaluate("player.last")
         server.publish({"events": [{"time": last, "kind": "world", "text": "A push."}], "fall": None})
         until(lambda: page.locator("#marks i").count() == 1, "the mark")
@@ -439,5 +386,3 @@ def test_a_mark_stays_at_its_time_while_the_run_goes_on(served: Served, page: Pa
         until(
             lambda: page.evaluate("parseFloat($('marks').firstChild.style.left)") < 50, "the mark in the past"
         )
-    finally:
-        server.close()

@@ -38,9 +38,9 @@ from tests.ports import free_endpoint, free_port
 from tests.system.conftest import Command
 from tests.system.pages import (
     browser_page,
-    insist,
     open_page,
     press,
+    retry_until,
     shown_states,
     state,
     velocity,
@@ -236,7 +236,7 @@ def test_an_emergency_stop_is_shown_as_it_is_carried_out_and_the_robot_stands_up
     live.stands()
     began = time.time()
     stop = live.page.get_by_role("button", name="Emergency stop")
-    insist(stop.click, lambda: live.reported("crouch", began), "the stop")
+    retry_until(stop.click, lambda: live.reported("crouch", began), "the stop")
     live.shows("crouching, emergency stop", "crouch", began)
     live.shows("limp, emergency stop", "rest", began)
     live.page.get_by_role("button", name="Arm", exact=True).click()
@@ -291,7 +291,9 @@ def test_a_reset_is_shown_and_its_recording_is_offered(live: Live) -> None:
     earlier = list(page.evaluate("fetch('recordings').then((answer) => answer.json())"))
     live.reset()
     look = page.get_by_role("button", name="Look for recordings")
-    insist(look.click, lambda: offered() == [*earlier, f"run/frames-{1 + len(earlier)}"], "the next recording")
+    retry_until(
+        look.click, lambda: offered() == [*earlier, f"run/frames-{1 + len(earlier)}"], "the next recording"
+    )
 
 
 @pytest.mark.realtime

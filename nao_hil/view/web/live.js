@@ -116,7 +116,7 @@ class Live {
     }
     if (message.urgent) clearTimeout(this.unanswered);
     if (message.answer) this.notify(message.answer, message.done);
-    if (message.done !== undefined && header) this.choices(); // one may have been refused, or is not in force yet
+    if (message.done !== undefined && header) this.updateSelections(); // the order of one may have been refused, or has no effect yet
     if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
     if (!header) return;
     if (message.prints) message.prints.forEach((print) => run.print(print));
@@ -158,10 +158,10 @@ class Live {
     this.order("walk", { command });
   }
 
-  // The next walk, unless one of its numbers is none.
-  begin() {
+  // Order a walk, unless a field of it holds no valid number.
+  startWalk() {
     if ([...this.velocity.pad.values(), this.steps.value].every((value) => value !== null)) this.walk(this.settings("walk"));
-    else this.notify("A number of the walk is none, or out of its range (tab Walk); the order was not sent.", false);
+    else this.notify("A field of the walk (tab Walk) holds no valid number; the order was not sent.", false);
   }
 
   world(command) {
@@ -186,11 +186,11 @@ class Live {
     return true;
   }
 
-  // The robot that is shown, which gets the orders, and the slow motion in force.
-  choices() {
+  // The selections show what is in force: the robot that gets the orders, and the slow motion.
+  updateSelections() {
     const { header } = this.player.runs[0];
     this.player.chooser(header);
-    if (this.slow) this.slow.value = header.live.state.slow ?? 1;
+    if (this.slow) this.slow.value = header.live.state.time_scale ?? 1;
   }
 
   // What is in force: buttons, pad and fields.
@@ -206,7 +206,7 @@ class Live {
     this.velocity.show(state.velocity, everywhere);
     if (this.paused) this.paused.textContent = state.paused ? "Resume" : "Pause"; // a real robot has no world
     this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;
-    this.choices();
+    this.updateSelections();
     this.player.chip();
     if (this.holds !== state.holds) this.sliders((this.holds = state.holds));
   }
@@ -225,7 +225,7 @@ class Live {
     this.orders = {
       "Emergency stop": button("Emergency stop", () => this.emergency(), { className: "stop", title: "Esc: the robot crouches, lets go, and takes no command until it is armed again" }),
       [ALL]: button(ALL, () => this.emergency(true), { className: "stop", title: "all robots of this world crouch, let go, and take no command until each is armed again" }),
-      Walk: button("Walk", () => this.begin(), { className: "go" }),
+      Walk: button("Walk", () => this.startWalk(), { className: "go" }),
       Stop: button("Stop", () => this.order("key", { key: "x" })),
       Sit: button("Sit", () => this.walk({ op: "motion", motion: "sit-down" })),
       Arm: button("Arm", () => this.order("arm"), { className: "go", title: "take commands again", hidden: true }),
@@ -332,14 +332,17 @@ class Live {
   }
 
   walkTab(live) {
-    const moves = () => this.player.runs[0].header.live.state.moves;
-    let waits = false; // numbers that were typed at a stand wait for the button Walk
-    const pad = this.pad(PADS.velocity, (velocity, typed) => ((waits = typed && !moves()), waits || this.order("steer", { velocity })));
+    const walking = () => this.player.runs[0].header.live.state.walking;
+    let pending = false; // numbers that are typed at a stand take effect with the button Walk
+    const pad = this.pad(PADS.velocity, (velocity, typed) => {
+      pending = typed && !walking();
+      if (!pending) this.order("steer", { velocity });
+    });
     this.velocity = {
       pad,
       show: (velocity, everywhere) => {
-        waits &&= !moves();
-        if (!pad.dragging && !waits) velocity.forEach((value, i) => pad.fields[i].set(value)), pad.place();
+        pending &&= !walking();
+        if (!pad.dragging && !pending) velocity.forEach((value, i) => pad.fields[i].set(value)), pad.place();
         if (!this.lost) pad.fields.slice(1).forEach((field) => (field.input.disabled = !everywhere));
       },
       straight: () => pad.fields.slice(1).forEach((field) => (field.input.disabled = true)),
@@ -477,12 +480,12 @@ class Live {
   pads() {
     if (this.polling || !this.driving.checked) return;
     const down = new Set(), buttons = ["x", "g", "t", "m"];
-    let steered = [0, 0, 0], sent = 0, driven = "";
+    let steered = [0, 0, 0], sent = 0, steeredRobot = "";
     const steer = (velocity) => {
       const { name } = this.player.runs[0].header;
       if (this.socket.readyState !== WebSocket.OPEN) return; // it is sent once there is a connection
-      if (name !== driven && steered.some(Boolean)) this.order("steer", { velocity: (steered = [0, 0, 0]), robot: driven });
-      driven = name;
+      if (name !== steeredRobot && steered.some(Boolean)) this.order("steer", { velocity: (steered = [0, 0, 0]), robot: steeredRobot });
+      steeredRobot = name;
       const moves = velocity.some(Boolean), change = Math.max(...velocity.map((x, i) => Math.abs(x - steered[i])));
       if (!change || (moves && (change < 0.02 || performance.now() - sent < DRAG_INTERVAL))) return;
       [steered, sent] = [velocity, performance.now()];
