@@ -3,7 +3,8 @@
     python -m tests.omni_table --engine pybullet --seeds 50 --first-seed 1500000 > table.md
 
 Each row is a cell of `CELLS`: walks on fresh seeds, with Wilson's interval of 95 %. `--only WORD` measures the
-rows whose name has the word; `--processes N` spreads the walks over processes.
+rows whose name has the word; `--set controller.damping.roll=0.05` changes a parameter of the walks (not of
+get-ups); `--processes N` spreads the walks over processes.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import Any, Final, NamedTuple
@@ -25,6 +26,7 @@ from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
 from emulator.wear.ensemble import wear_of_seed
 from nao_hil.analysis.statistics import percent, wilson
+from nao_hil.campaigns.quantities import changed_all
 from nao_hil.experiments.get_up import get_up
 from nao_hil.experiments.velocity import heading_velocity
 from nao_hil.runs.config import RunConfig
@@ -130,8 +132,8 @@ class Result(NamedTuple):
     """Largest and last turn off the heading at the start, deg; None: a turn was asked, or a push given."""
 
 
-def measure(cell: Cell, engine: str, seed: int) -> Result:
-    """One walk, or one drop, of a cell."""
+def measure(cell: Cell, engine: str, changes: Mapping[str, float], seed: int) -> Result:
+    """One walk, or one drop, of a cell; `changes`: quantities of a campaign and their values."""
     config = RunConfig(
         robot=cell.robot,
         engine=engine,
@@ -146,7 +148,8 @@ def measure(cell: Cell, engine: str, seed: int) -> Result:
     task = Walk(
         name=cell.name, config=config, duration=cell.duration, stand=cell.stand, pushes=_push(cell, random)
     )
-    outcome = walk(msgspec.structs.replace(task, **_world(cell, random)))
+    task = msgspec.structs.replace(task, **_world(cell, random))
+    outcome = walk(changed_all(task, changes))
     moves = not cell.stand and cell.push is None
     track = outcome.track.until(outcome.end.time)
     velocity = heading_velocity(track) if moves else None
@@ -165,13 +168,17 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1500000)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--only", default="")
+    parser.add_argument(
+        "--set", metavar="NAME=VALUE", default=[], nargs="+", help="quantities as of a campaign"
+    )
     given = parser.parse_args()
+    changes = {name: float(value) for name, value in (each.split("=") for each in given.set)}
     print(f"| {given.engine}, n = {given.seeds} | stood | interval | measured, median | turn, deg |")
     print("|---|---|---|---|---|")
     seeds = range(given.first_seed, given.first_seed + given.seeds)
     with ProcessPoolExecutor(given.processes) as pool:
         for cell in (each for each in CELLS if given.only in each.name):
-            results = list(pool.map(partial(measure, cell, given.engine), seeds))
+            results = list(pool.map(partial(measure, cell, given.engine, changes), seeds))
             stood = sum(result.stood for result in results)
             walked = [result.velocity for result in results if result.velocity is not None]
             median = ", ".join(f"{v:.3f}" for v in np.median(walked, axis=0)) if walked else ""
