@@ -191,8 +191,10 @@ class Follower:
 
     def _describe(self, silent: float) -> dict[str, Any]:
         """The state now; `silent`: time since the last frame, s."""
-        newest = self._run.newest if self._run else None
-        state = describe(newest, self._guard, self._walk, self._world, silent)
+        newest, world = self._run.newest if self._run else None, self._world
+        if world is not None and self._link.time_scale < 1.0:  # which pauses the world between its steps
+            world = msgspec.structs.replace(world, paused=False)
+        state = describe(newest, self._guard, self._walk, world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
         state["notice"] = self._notice(newest)
         state["time_scale"] = self._link.time_scale

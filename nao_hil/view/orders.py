@@ -332,9 +332,13 @@ class Orders:
         return self._joints(order)
 
     def keep_alive(self, absence: float) -> None:
-        """Release the joints once no viewer has been there for `ABSENCE_TIMEOUT`; `absence` in s."""
-        if self._hand is not None and self._hand.holds and absence >= ABSENCE_TIMEOUT:
+        """Release the joints and end the slow motion after an `absence`, s, of all viewers."""
+        if absence < ABSENCE_TIMEOUT:
+            return
+        if self._hand is not None and self._hand.holds:
             self._hand.release()
+        with contextlib.suppress(NaoHilError):  # the robot is lost
+            self._slow.end()
 
     def _drive(self, order: Key | Steer) -> str:
         if isinstance(order, Key):

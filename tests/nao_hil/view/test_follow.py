@@ -119,6 +119,19 @@ def test_a_state_of_the_guard_is_shown_though_the_next_one_follows_before_the_pa
     assert words == ["holds its pose: its controller is silent", "crouching"]
 
 
+def test_a_world_in_slow_motion_is_not_said_to_be_paused(
+    link: tuple[LinkFollower, FakeCommands], commands: FakeCommands
+) -> None:
+    follower = link[0].follower("red")
+    follower._world = msgspec.structs.replace(REPLY, paused=True)
+    assert follower._describe(0.0)["paused"]
+    slow = link[0].slow_motion(SimpleNamespace(world=commands.world), 0.01)  # type: ignore[arg-type]
+    slow.set_speed(0.25)
+    state = follower._describe(0.0)
+    assert not state["paused"] and state["time_scale"] == 0.25
+    slow.end()
+
+
 def test_a_page_that_is_behind_skips_frames_and_no_notice() -> None:
     subscriber = Subscriber("nao", "tcp/127.0.0.1:1")
     subscriber._subscription.connect = lambda: True  # type: ignore[method-assign]

@@ -205,6 +205,16 @@ def test_slow_motion_steps_the_world_and_a_page_that_ends_leaves_it_going(comman
     assert "slow" not in [thread.name for thread in threading.enumerate()]
 
 
+def test_slow_motion_ends_without_a_viewer(commands: FakeCommands, driving: Driving) -> None:
+    slow = SlowMotion(commands.world, 0.01)
+    orders = Orders(commands, driving, None, BODY, None, slow)  # type: ignore[arg-type]
+    slow.set_speed(0.5)
+    orders.keep_alive(ABSENCE_TIMEOUT - 0.1)
+    assert slow.speed == 0.5
+    orders.keep_alive(ABSENCE_TIMEOUT)
+    assert slow.speed == 1.0 and commands.sent[-1] == Resume()
+
+
 class HeldRobot:
     """Follows what it is asked for, and goes away after some cycles."""
 
