@@ -360,6 +360,20 @@ def test_a_robot_without_a_cycle_has_its_state_and_one_with_other_joints_its_own
         assert page.get_by_label("joint", exact=True).locator("option").count() == 3
 
 
+def test_all_orders_fit_on_a_phone_with_several_robots(served: Served, page: Page) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    with served.shown(page):
+        page.evaluate(
+            "() => { player.runs[0].header.names = ['blue', 'nao']; player.live.show(player.runs[0]); }"
+        )
+        for name in ("Emergency stop", "Emergency stop all", "Walk", "Stop", "Sit"):
+            button = page.get_by_role("button", name=name, exact=True)
+            button.click(trial=True)
+            box = button.bounding_box()
+            assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= 390.0, name
+        page.screenshot(path=served.folder / "phone.png")
+
+
 def test_no_walk_begins_by_a_number_that_is_none(served: Served, page: Page) -> None:
     with served.shown(page):
         tab(page, "Walk")
